@@ -1,0 +1,195 @@
+"""What a filter is: one `Filter` per file, collected by name.
+
+A filter file defines `Parameters` (the settings a user may change), `State` (what a step
+remembers), `reset` and `step`, and ends with `FILTER = Filter(...)`. Nodes run `step`
+interpreted; batch runs compile the very same function. `step` and `reset` therefore use
+scalars, tuples, `math` and small numpy arrays only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any, NamedTuple, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ConfigurationError
+from ..robot import Robot
+from ..samples import CorrectedSample, TiltEstimate
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Limits, unit and meaning of one parameter; the metadata of an `Annotated` field."""
+
+    minimum: float
+    maximum: float
+    unit: str
+    description: str
+    logarithmic: bool = False
+    """True where a tuner should search the logarithm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One declared parameter of a filter."""
+
+    name: str
+    default: float
+    bounds: Bounds
+
+
+class Matrices(NamedTuple):
+    """The matrices of Laddach 2022, eq. (22), for one sampling period."""
+
+    a: NDArray[np.float64]
+    """State matrix A, (n, n)."""
+    b: NDArray[np.float64]
+    """Input matrix B, (n, m); m = 0 where the filter has no input."""
+    c: NDArray[np.float64]
+    """Output matrix C, (p, n)."""
+    k: NDArray[np.float64]
+    """Gain matrix K, (n, p)."""
+
+    def error_eigenvalues(self) -> NDArray[np.complex128]:
+        """Eigenvalues of A - KCA, eq. (25); the estimate converges where all are below 1."""
+        return np.linalg.eigvals(self.a - self.k @ self.c @ self.a).astype(np.complex128)
+
+
+def _parameters_as_coefficients(parameters: Any, robot: Robot) -> Any:
+    del robot
+    return parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Filter:
+    """The complete definition of a filter; everything else is derived from it."""
+
+    name: str
+    """Name in the registry, in `filter` and in parameter prefixes (`kalman.q1`)."""
+    title: str
+    """One sentence for tables and `twbr filters`."""
+    source: str
+    """Paper and equations."""
+    parameters: type[Any]
+    """Named tuple whose fields are `Annotated[float, Bounds(...)]` with defaults."""
+    state: type[Any]
+    """Named tuple with the fields `tilt` and `rate`; `gyro_bias`, `tilt_variance` optional."""
+    reset: Callable[[TiltEstimate, CorrectedSample, Any], Any]
+    """reset(estimate, sample, coefficients): the state that continues from `estimate`."""
+    step: Callable[[Any, CorrectedSample, Any], Any]
+    """step(state, sample, coefficients): the state after one more sample."""
+    derive: Callable[[Any, Robot], Any] = _parameters_as_coefficients
+    """derive(parameters, robot): the coefficients, computed once; the parameters by default."""
+    matrices: Callable[[Any, float], Matrices] | None = None
+    """matrices(parameters, dt) where the filter has the form of eq. (22)."""
+    tuned_dt: float | None = None
+    """Sampling period the defaults belong to [s]; None where they suit any."""
+    uses_wheels: bool = False
+    """True where `step` reads the wheels itself, beyond the corrected angle."""
+    limits: Mapping[str, str] = field(default_factory=dict)
+    """What the filter cannot do, by contract clause, with the reason."""
+
+    @property
+    def estimates_gyro_bias(self) -> bool:
+        """Whether the state carries a gyro bias."""
+        return "gyro_bias" in self.state._fields
+
+    @property
+    def estimates_variance(self) -> bool:
+        """Whether the state carries a variance of the tilt."""
+        return "tilt_variance" in self.state._fields
+
+    def declared(self) -> tuple[Parameter, ...]:
+        """Return the declared parameters in order."""
+        hints = get_type_hints(self.parameters, include_extras=True)
+        defaults = self.parameters._field_defaults
+        return tuple(
+            Parameter(name, float(defaults[name]), hints[name].__metadata__[0])
+            for name in self.parameters._fields
+        )
+
+    def configure(self, values: Mapping[str, float] | None = None) -> Any:
+        """Return validated parameters, the defaults replaced by `values`.
+
+        Raises:
+            ConfigurationError: unknown name, not a finite number, or outside its bounds.
+        """
+        return self.parameters(**self._checked(dict(values or {})))
+
+    def _checked(self, values: dict[str, float]) -> dict[str, float]:
+        declared = {parameter.name: parameter for parameter in self.declared()}
+        for name in values:
+            if name not in declared:
+                known = ", ".join(declared) or "none"
+                raise ConfigurationError(
+                    f"filter {self.name} has no parameter {name!r}; it has: {known}"
+                )
+        checked = {name: parameter.default for name, parameter in declared.items()}
+        for name, value in values.items():
+            checked[name] = _within(f"{self.name}.{name}", value, declared[name].bounds)
+        return checked
+
+    def warnings(self, parameters: Any, dt: float) -> tuple[str, ...]:
+        """Return what a user should know about these parameters at this sampling period."""
+        if self.matrices is None:
+            return ()
+        modulus = float(np.max(np.abs(self.matrices(parameters, dt).error_eigenvalues())))
+        if modulus < 1.0:
+            return ()
+        return (
+            f"{self.name}: an eigenvalue of A - KCA has modulus {modulus:.5f} at dt {dt:g} s; "
+            "at 1 or above an initial error does not die out",
+        )
+
+
+def _within(name: str, value: float, bounds: Bounds) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ConfigurationError(f"{name}: {value!r} is not a number") from None
+    if not math.isfinite(number) or not bounds.minimum <= number <= bounds.maximum:
+        raise ConfigurationError(
+            f"{name}: {value!r} is outside [{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
+        )
+    return number
+
+
+def estimate_of(state: Any) -> TiltEstimate:
+    """Return what a filter's state says about the tilt."""
+    return TiltEstimate(
+        state.tilt,
+        state.rate,
+        getattr(state, "gyro_bias", 0.0),
+        getattr(state, "tilt_variance", 0.0),
+    )
+
+
+@lru_cache(maxsize=1)
+def filters() -> Mapping[str, Filter]:
+    """Return every filter of this folder by name, in alphabetical order."""
+    package = __name__.rpartition(".")[0]
+    path = import_module(package).__path__
+    modules = (import_module(f"{package}.{entry.name}") for entry in iter_modules(path))
+    found = (module.FILTER for module in modules if hasattr(module, "FILTER"))
+    return {entry.name: entry for entry in sorted(found, key=lambda entry: entry.name)}
+
+
+def filter_named(name: str) -> Filter:
+    """Return the filter of that name.
+
+    Raises:
+        ConfigurationError: no such filter; the message lists those there are.
+    """
+    try:
+        return filters()[name]
+    except KeyError:
+        raise ConfigurationError(
+            f"there is no filter {name!r}; there are: {', '.join(filters())}"
+        ) from None

@@ -1,0 +1,79 @@
+"""The scalar records that travel from the sensors to the tilt estimate.
+
+Axes follow REP-103: x forward, y left, z up; tilt is the pitch about +y, positive when
+the robot leans forward. Everything is SI and radians. The records are named tuples of
+floats so that the same functions run interpreted in a node and compiled in a batch.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+STANDARD_GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s^2]."""
+
+
+class Sample(NamedTuple):
+    """One IMU reading as the device reports it, with the wheels at the same instant."""
+
+    dt: float
+    """Time since the previous sample [s]; 0 for the first."""
+    gyro_x: float
+    """Angular rate about the sensor's x axis [rad/s]."""
+    gyro_y: float
+    gyro_z: float
+    accel_x: float
+    """Specific force along the sensor's x axis [m/s^2]; +g on the axis that points up."""
+    accel_y: float
+    accel_z: float
+    wheel_angle: float = 0.0
+    """Encoder angle, mean of the wheels, positive rolling forward [rad]."""
+    wheel_difference: float = 0.0
+    """Encoder angle of the right wheel minus that of the left wheel [rad]."""
+    wheel_count: float = 0.0
+    """Wheel encoders known at this instant: 0, 1 or 2."""
+
+
+class CorrectedSample(NamedTuple):
+    """A calibrated sample in body axes, with the angle of Laddach 2022, eq. (13)."""
+
+    dt: float
+    """Time since the previous sample [s]; 0 for the first."""
+    angle: float
+    """Tilt from the corrected accelerometer, Laddach 2022 (13) [rad]."""
+    angle_variance: float
+    """Variance of `angle` from sensor noise, inflated on saturation [rad^2]."""
+    gyro_x: float
+    """Calibrated angular rate about the body's x axis [rad/s]."""
+    gyro_y: float
+    """Calibrated angular rate about the body's y axis: the tilt rate [rad/s]."""
+    gyro_z: float
+    accel_x: float
+    """Calibrated specific force along the body's x axis [m/s^2]."""
+    accel_y: float
+    accel_z: float
+    gyro_variance_x: float
+    """Variance of `gyro_x`, inflated on saturation [(rad/s)^2]."""
+    gyro_variance_y: float
+    gyro_variance_z: float
+    accel_variance_x: float
+    """Variance of `accel_x`, inflated on saturation [(m/s^2)^2]."""
+    accel_variance_y: float
+    accel_variance_z: float
+    wheel_angle: float
+    """As in `Sample`."""
+    wheel_difference: float
+    wheel_count: float
+
+
+class TiltEstimate(NamedTuple):
+    """What a filter says about the robot at the stamp of a sample."""
+
+    tilt: float
+    """Tilt [rad], positive leaning forward."""
+    rate: float
+    """Tilt rate [rad/s]."""
+    gyro_bias: float = 0.0
+    """Remaining gyro bias [rad/s]; 0 where the filter does not estimate it."""
+    tilt_variance: float = 0.0
+    """Variance of `tilt` [rad^2]; 0 means unknown, as in a ROS covariance."""
