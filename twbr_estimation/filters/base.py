@@ -8,7 +8,6 @@ scalars, tuples, `math` and small numpy arrays only.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -19,21 +18,11 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bounds import Bounds as Bounds
+from ..bounds import within
 from ..errors import ConfigurationError
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
-
-
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """Limits, unit and meaning of one parameter; the metadata of an `Annotated` field."""
-
-    minimum: float
-    maximum: float
-    unit: str
-    description: str
-    logarithmic: bool = False
-    """True where a tuner should search the logarithm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +122,7 @@ class Filter:
                 )
         checked = {name: parameter.default for name, parameter in declared.items()}
         for name, value in values.items():
-            checked[name] = _within(f"{self.name}.{name}", value, declared[name].bounds)
+            checked[name] = within(f"{self.name}.{name}", value, declared[name].bounds)
         return checked
 
     def warnings(self, parameters: Any, dt: float) -> tuple[str, ...]:
@@ -147,18 +136,6 @@ class Filter:
             f"{self.name}: an eigenvalue of A - KCA has modulus {modulus:.5f} at dt {dt:g} s; "
             "at 1 or above an initial error does not die out",
         )
-
-
-def _within(name: str, value: float, bounds: Bounds) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ConfigurationError(f"{name}: {value!r} is not a number") from None
-    if not math.isfinite(number) or not bounds.minimum <= number <= bounds.maximum:
-        raise ConfigurationError(
-            f"{name}: {value!r} is outside [{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
-        )
-    return number
 
 
 def estimate_of(state: Any) -> TiltEstimate:

@@ -1,0 +1,37 @@
+"""Limits, unit and meaning of a number a user may set, and the check against them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .errors import ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Limits, unit and meaning of one parameter; the metadata of an `Annotated` field."""
+
+    minimum: float
+    maximum: float
+    unit: str
+    description: str
+    logarithmic: bool = False
+    """True where a tuner should search the logarithm."""
+
+
+def within(name: str, value: object, bounds: Bounds) -> float:
+    """Return `value` as a float, checked against `bounds`.
+
+    Raises:
+        ConfigurationError: not a finite number, or outside the bounds.
+    """
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ConfigurationError(f"{name}: {value!r} is not a number") from None
+    if not math.isfinite(number) or not bounds.minimum <= number <= bounds.maximum:
+        raise ConfigurationError(
+            f"{name}: {value!r} is outside [{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
+        )
+    return number
