@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
+RESTART_GAP = 1.0
+"""A longer time between two samples [s] starts correction and filters afresh."""
 
 
 class Sample(NamedTuple):

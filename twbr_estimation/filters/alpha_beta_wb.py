@@ -19,13 +19,23 @@ class Parameters(NamedTuple):
 
     alpha: Annotated[
         float,
-        Bounds(0.0, 1.0, "1", "Gain of the angle residual on the tilt. Larger follows the "
-               "accelerometer faster and passes more of its noise."),
+        Bounds(
+            0.0,
+            1.0,
+            "1",
+            "Gain of the angle residual on the tilt. Larger follows the "
+            "accelerometer faster and passes more of its noise.",
+        ),
     ] = 0.00185
     beta: Annotated[
         float,
-        Bounds(-1.0, 1.0, "1/s", "Gain of the angle residual on the gyro bias; negative "
-               "learns the bias. Larger in modulus learns faster and less smoothly."),
+        Bounds(
+            -1.0,
+            1.0,
+            "1/s",
+            "Gain of the angle residual on the gyro bias; negative "
+            "learns the bias. Larger in modulus learns faster and less smoothly.",
+        ),
     ] = -0.00018
 
 

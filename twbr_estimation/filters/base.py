@@ -56,7 +56,7 @@ def _parameters_as_coefficients(parameters: Any, robot: Robot) -> Any:
     return parameters
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Filter:
     """The complete definition of a filter; everything else is derived from it."""
 

@@ -1,0 +1,250 @@
+"""Whole recordings at once: the live step functions, compiled.
+
+The only module that imports numba. It compiles the same functions a node interprets, so
+there is one copy of every algorithm. Compiled code is cached on disk; a change of any
+source file of the package makes a new entry.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numba
+import numpy as np
+from numba.extending import register_jitable
+
+from . import correction
+from .filters.base import Filter
+from .pairing import SampleTrack
+from .recording import FloatArray, StampArray
+from .robot import Robot, Setup
+from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectedTrack:
+    """Corrected samples as columns."""
+
+    stamps: StampArray
+    """Header stamps [ns], (n,)."""
+    columns: FloatArray
+    """The fields of `CorrectedSample` as rows, (18, n)."""
+
+    def field(self, name: str) -> FloatArray:
+        """Return one field of `CorrectedSample` over time, (n,)."""
+        return self.columns[CorrectedSample._fields.index(name)]
+
+
+@dataclass(frozen=True, slots=True)
+class EstimateTrack:
+    """Estimates of one filter as columns."""
+
+    stamps: StampArray
+    """Header stamps [ns], (n,)."""
+    columns: FloatArray
+    """The fields of `TiltEstimate` as rows, (4, n)."""
+    state: Any
+    """The filter's state after the last sample, to go on from."""
+
+    @property
+    def tilt(self) -> FloatArray:
+        """Tilt [rad], (n,)."""
+        return self.columns[0]
+
+    @property
+    def rate(self) -> FloatArray:
+        """Tilt rate [rad/s], (n,)."""
+        return self.columns[1]
+
+    @property
+    def gyro_bias(self) -> FloatArray:
+        """Gyro bias [rad/s], (n,); zeros where the filter has none."""
+        return self.columns[2]
+
+    @property
+    def tilt_variance(self) -> FloatArray:
+        """Variance of the tilt [rad^2], (n,); zeros where unknown."""
+        return self.columns[3]
+
+
+def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
+    """Correct a whole track, as `correction.Corrector` would sample by sample.
+
+    Args:
+        samples: n paired samples.
+        setup: robot, calibration and settings.
+
+    Returns:
+        n corrected samples.
+    """
+    corrected = np.empty((len(CorrectedSample._fields), samples.stamps.size))
+    if samples.stamps.size > 0:
+        coefficients = correction.derive(setup)
+        first = Sample(*(float(value) for value in samples.columns[:, 0]))
+        state, corrected[:, 0] = correction.start(first, coefficients)
+        _correction_kernel()(samples.columns, coefficients, state, corrected)
+    return CorrectedTrack(samples.stamps, corrected)
+
+
+def run_filter(
+    entry: Filter,
+    parameters: Any,
+    corrected: CorrectedTrack,
+    robot: Robot,
+    state: Any | None = None,
+) -> EstimateTrack:
+    """Run one filter over a whole track.
+
+    Args:
+        entry: the filter.
+        parameters: its validated parameters, from `entry.configure`.
+        corrected: n corrected samples.
+        robot: geometry, for filters that need it.
+        state: where an earlier run ended; None starts from the first sample's angle.
+
+    Returns:
+        n estimates and the state to go on from.
+    """
+    estimates = np.zeros((len(TiltEstimate._fields), corrected.stamps.size))
+    if corrected.stamps.size == 0:
+        return EstimateTrack(corrected.stamps, estimates, state)
+    coefficients = entry.derive(parameters, robot)
+    first = 0
+    if state is None:
+        sample = CorrectedSample(*(float(value) for value in corrected.columns[:, 0]))
+        state = entry.reset(TiltEstimate(sample.angle, sample.gyro_y), sample, coefficients)
+        _store(state, estimates)
+        first = 1
+    kernel = filter_kernel(entry)
+    state = kernel(corrected.columns, first, coefficients, state, estimates)
+    return EstimateTrack(corrected.stamps, estimates, state)
+
+
+def _store(state: Any, estimates: FloatArray) -> None:
+    for row, name in enumerate(TiltEstimate._fields):
+        estimates[row, 0] = getattr(state, name, 0.0)
+
+
+@lru_cache(maxsize=1)
+def _correction_kernel() -> Any:
+    start, step = correction.start, correction.step
+    version = _source_version()
+
+    def run(samples: Any, coefficients: Any, state: Any, corrected: Any) -> None:
+        version  # noqa: B018  part of the cache key
+        for i in range(1, samples.shape[1]):
+            sample = Sample(
+                samples[0, i],
+                samples[1, i],
+                samples[2, i],
+                samples[3, i],
+                samples[4, i],
+                samples[5, i],
+                samples[6, i],
+                samples[7, i],
+                samples[8, i],
+                samples[9, i],
+            )
+            if sample.dt > RESTART_GAP:
+                state, result = start(sample, coefficients)
+            else:
+                state, result = step(state, sample, coefficients)
+            for field in range(len(result)):
+                corrected[field, i] = result[field]
+
+    return _compiled(run, start, step)
+
+
+@lru_cache(maxsize=None)
+def filter_kernel(entry: Filter) -> Any:
+    """Return the compiled loop of a filter over corrected columns.
+
+    It takes (columns, first, coefficients, state, estimates), fills `estimates` from index
+    `first` on and returns the last state.
+    """
+    step, reset = entry.step, entry.reset
+    with_bias, with_variance = entry.estimates_gyro_bias, entry.estimates_variance
+    version = _source_version()
+
+    def run(columns: Any, first: int, coefficients: Any, state: Any, estimates: Any) -> Any:
+        version  # noqa: B018  part of the cache key
+        for i in range(first, columns.shape[1]):
+            sample = CorrectedSample(
+                columns[0, i],
+                columns[1, i],
+                columns[2, i],
+                columns[3, i],
+                columns[4, i],
+                columns[5, i],
+                columns[6, i],
+                columns[7, i],
+                columns[8, i],
+                columns[9, i],
+                columns[10, i],
+                columns[11, i],
+                columns[12, i],
+                columns[13, i],
+                columns[14, i],
+                columns[15, i],
+                columns[16, i],
+                columns[17, i],
+            )
+            if sample.dt > RESTART_GAP:
+                bias = state.gyro_bias if with_bias else 0.0
+                fresh = TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0)
+                state = reset(fresh, sample, coefficients)
+            else:
+                state = step(state, sample, coefficients)
+            estimates[0, i] = state.tilt
+            estimates[1, i] = state.rate
+            if with_bias:
+                estimates[2, i] = state.gyro_bias
+            if with_variance:
+                estimates[3, i] = state.tilt_variance
+        return state
+
+    return _compiled(run, step, reset)
+
+
+def _compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
+    seen: set[FunctionType] = set()
+    for function in called:
+        _let_compile(function, seen)
+    return numba.njit(cache=True, error_model="numpy")(run)
+
+
+_JITABLE: set[FunctionType] = set()
+
+
+def _let_compile(function: Any, seen: set[FunctionType]) -> None:
+    """Allow compiled code to call `function` and the plain functions it calls in turn."""
+    if function in seen or function in _JITABLE:
+        return
+    seen.add(function)
+    _JITABLE.add(function)
+    for name in function.__code__.co_names:
+        called = function.__globals__.get(name)
+        if isinstance(called, FunctionType):
+            _let_compile(called, seen)
+    register_jitable(error_model="numpy")(function)
+
+
+@lru_cache(maxsize=1)
+def _source_version() -> str:
+    """Return a digest of the sources a compiled loop is made of.
+
+    The disk cache sees only this file change; the digest in the closure makes it see the
+    filters and the correction, too.
+    """
+    package = Path(__file__).parent
+    sources = [package / "samples.py", package / "correction.py", *package.glob("filters/*.py")]
+    digest = hashlib.sha256()
+    for path in sorted(sources):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
