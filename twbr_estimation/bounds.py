@@ -17,7 +17,9 @@ class Bounds:
     unit: str
     description: str
     logarithmic: bool = False
-    """True where a tuner should search the logarithm."""
+    """True where a tuner should search the logarithm; it needs a floor where `minimum` is 0."""
+    tunable: bool = True
+    """False where a tuner leaves the value alone: switches, initial values, common scales."""
 
 
 def within(name: str, value: object, bounds: Bounds) -> float:

@@ -73,7 +73,7 @@ class Filter:
     reset: Callable[[TiltEstimate, CorrectedSample, Any], Any]
     """reset(estimate, sample, coefficients): the state that continues from `estimate`."""
     step: Callable[[Any, CorrectedSample, Any], Any]
-    """step(state, sample, coefficients): the state after one more sample."""
+    """step(state, sample, coefficients): the state after one more sample, whose dt is above 0."""
     derive: Callable[[Any, Robot], Any] = _parameters_as_coefficients
     """derive(parameters, robot): the coefficients, computed once; the parameters by default."""
     matrices: Callable[[Any, float], Matrices] | None = None
