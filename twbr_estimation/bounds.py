@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, get_type_hints
 
 from .errors import ConfigurationError
 
@@ -37,3 +38,25 @@ def within(name: str, value: object, bounds: Bounds) -> float:
             f"{name}: {value!r} is outside [{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
         )
     return number
+
+
+def bounds_of(kind: type[Any]) -> dict[str, Bounds]:
+    """Return the bounds of the `Annotated` fields of a dataclass or named tuple, by name."""
+    found = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        for extra in getattr(hint, "__metadata__", ()):
+            if isinstance(extra, Bounds):
+                found[name] = extra
+    return found
+
+
+def require_bounds(settings: object) -> None:
+    """Check every bounded field of a dataclass; arrays element by element.
+
+    Raises:
+        ConfigurationError: not a finite number, or outside the bounds.
+    """
+    for name, bounds in bounds_of(type(settings)).items():
+        value = getattr(settings, name)
+        for element in value if isinstance(value, (tuple, list)) else (value,):
+            within(name, element, bounds)

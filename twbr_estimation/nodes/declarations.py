@@ -1,0 +1,140 @@
+"""What ROS parameters there are, derived from settings dataclasses and filter specs.
+
+Nothing is declared twice: names, defaults, limits, units and descriptions come from the
+dataclass (its `Annotated` bounds, else the docstring below the field) or from the filter.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from ..bounds import Bounds, bounds_of
+from ..errors import ConfigurationError
+from ..filters.base import Filter
+
+Settings = TypeVar("Settings")
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """One ROS parameter."""
+
+    name: str
+    """Full name with dots, as in `kalman.q1`."""
+    default: Any
+    """bool, int, float, str, or a tuple of float or str."""
+    description: str
+    """What it is, with its unit."""
+    bounds: Bounds | None = None
+    choices: tuple[str, ...] = ()
+    """The strings allowed; any where empty."""
+    read_only: bool = False
+
+
+def declarations_of(
+    defaults: Any, prefix: str = "", read_only: bool = False, only: tuple[str, ...] | None = None
+) -> tuple[Declaration, ...]:
+    """Return the parameters of a settings dataclass, nested ones with dotted names.
+
+    Args:
+        defaults: Instance that holds the defaults.
+        prefix: Put before each name, such as `"robot."`.
+        read_only: Whether the parameters can only be set at the start.
+        only: Names of the fields to declare; all by default.
+    """
+    found: list[Declaration] = []
+    bounds, docs = bounds_of(type(defaults)), _field_docs(type(defaults))
+    for entry in fields(defaults):
+        if only is not None and entry.name not in only:
+            continue
+        value, name = getattr(defaults, entry.name), prefix + entry.name
+        if is_dataclass(value):
+            found.extend(declarations_of(value, f"{name}.", read_only))
+            continue
+        limits = bounds.get(entry.name)
+        text = _described(limits) if limits else docs.get(entry.name, "")
+        choices = tuple(str(each.value) for each in type(value)) if isinstance(value, Enum) else ()
+        default = value.value if isinstance(value, Enum) else value
+        found.append(Declaration(name, default, text, limits, choices, read_only))
+    return tuple(found)
+
+
+def declarations_of_filter(entry: Filter) -> tuple[Declaration, ...]:
+    """Return the parameters of a filter, named `FILTER.PARAMETER`."""
+    return tuple(
+        Declaration(f"{entry.name}.{each.name}", each.default, _described(each.bounds), each.bounds)
+        for each in entry.declared()
+    )
+
+
+def settings_from(defaults: Settings, values: Mapping[str, Any], prefix: str = "") -> Settings:
+    """Return the settings dataclass with the values given; the inverse of `declarations_of`.
+
+    Args:
+        defaults: Instance whose fields are kept where `values` has nothing.
+        values: ROS parameter values by full name; names of others are ignored.
+        prefix: As given to `declarations_of`.
+
+    Raises:
+        ConfigurationError: a value the settings refuse.
+    """
+    changes: dict[str, Any] = {}
+    for entry in fields(defaults):  # type: ignore[arg-type]
+        default, name = getattr(defaults, entry.name), prefix + entry.name
+        if is_dataclass(default):
+            changes[entry.name] = settings_from(default, values, f"{name}.")
+        elif name in values:
+            changes[entry.name] = _converted(name, values[name], default)
+        else:
+            changes[entry.name] = default
+    return type(defaults)(**changes)
+
+
+def filter_parameters_from(entry: Filter, values: Mapping[str, Any]) -> Any:
+    """Return the validated parameters of a filter from ROS parameter values by full name.
+
+    Raises:
+        ConfigurationError: outside its bounds.
+    """
+    names = [parameter.name for parameter in entry.declared()]
+    prefix = f"{entry.name}."
+    return entry.configure(
+        {name: values[prefix + name] for name in names if prefix + name in values}
+    )
+
+
+def _converted(name: str, value: Any, default: Any) -> Any:
+    if isinstance(default, Enum):
+        choices = [str(each.value) for each in type(default)]
+        if value not in choices:
+            raise ConfigurationError(f"{name}: {value!r} is not one of {', '.join(choices)}")
+        return type(default)(value)
+    return tuple(value) if isinstance(default, tuple) else value
+
+
+def _described(bounds: Bounds) -> str:
+    return f"{bounds.description} [{bounds.unit}]" if bounds.unit else bounds.description
+
+
+@lru_cache(maxsize=32)
+def _field_docs(kind: type[Any]) -> Mapping[str, str]:
+    """Return the docstrings that stand below the fields of a class."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
+    except (OSError, SyntaxError):
+        return {}
+    body = getattr(tree.body[0], "body", [])
+    docs = {}
+    for field, below in zip(body, body[1:], strict=False):
+        if not (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)):
+            continue
+        if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
+            docs[field.target.id] = " ".join(str(below.value.value).split())
+    return docs

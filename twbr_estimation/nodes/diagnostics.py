@@ -1,0 +1,83 @@
+"""Publish the state of a node on `/diagnostics` at a slow, steady rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import Enum
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+
+class Level(Enum):
+    """How well something is."""
+
+    OK = DiagnosticStatus.OK
+    WARN = DiagnosticStatus.WARN
+    ERROR = DiagnosticStatus.ERROR
+    STALE = DiagnosticStatus.STALE
+
+
+class Report(NamedTuple):
+    """What a node says about one of its parts."""
+
+    level: Level
+    message: str
+    """One short sentence."""
+    values: Mapping[str, object]
+    """Counters and figures by name, units in the name."""
+
+
+class Diagnostics:
+    """Asks for a report once a period, and logs each change of level."""
+
+    def __init__(
+        self, node: Node, report: Callable[[], Report], hardware_id: str = "", period: float = 1.0
+    ) -> None:
+        """Start publishing.
+
+        Args:
+            node: The node that reports; its name is the status' name.
+            report: Returns the present state; called once a period.
+            hardware_id: Which device it is about.
+            period: Time between two messages [s].
+        """
+        self._node = node
+        self._report = report
+        self._hardware_id = hardware_id
+        self._level = Level.OK
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._timer = node.create_timer(period, self.update)
+
+    def update(self) -> None:
+        """Publish now."""
+        report = self._report()
+        status = DiagnosticStatus(
+            level=report.level.value,
+            name=self._node.get_fully_qualified_name().lstrip("/"),
+            message=report.message,
+            hardware_id=self._hardware_id,
+            values=[KeyValue(key=key, value=_shown(value)) for key, value in report.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+        self._log_change(report)
+
+    def _log_change(self, report: Report) -> None:
+        if report.level is self._level:
+            return
+        self._level = report.level
+        logger = self._node.get_logger()
+        # One call for each level: rclpy ties a severity to the line that logs.
+        if report.level is Level.OK:
+            logger.info(report.message)
+        elif report.level is Level.WARN:
+            logger.warning(report.message)
+        else:
+            logger.error(report.message)
+
+
+def _shown(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,124 @@
+"""ROS parameters of a node: declared from specs, checked as a whole, applied at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Generic, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..errors import ConfigurationError, TwbrError
+from .declarations import Declaration
+
+Built = TypeVar("Built")
+
+
+def descriptor_of(declaration: Declaration) -> ParameterDescriptor:
+    """Return the ROS descriptor: description, limits, choices, read-only flag."""
+    descriptor = ParameterDescriptor(
+        description=declaration.description, read_only=declaration.read_only
+    )
+    bounds, default = declaration.bounds, declaration.default
+    if declaration.choices:
+        descriptor.additional_constraints = f"one of: {', '.join(declaration.choices)}"
+    elif bounds is not None and isinstance(default, int):
+        descriptor.integer_range = [
+            IntegerRange(from_value=int(bounds.minimum), to_value=int(bounds.maximum), step=0)
+        ]
+    elif bounds is not None and isinstance(default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(bounds.minimum), to_value=float(bounds.maximum))
+        ]
+    return descriptor
+
+
+class NodeParameters(Generic[Built]):
+    """Keeps a node's parameters and the object built from them in step.
+
+    A request, of one parameter or of many, is turned into a candidate by `build`. If that
+    raises, the request is refused with the error's text and nothing changes. If it passes,
+    `apply` receives the new object once, after ROS has stored the values.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        declarations: Iterable[Declaration],
+        build: Callable[[Mapping[str, Any]], Built],
+        apply: Callable[[Built], None] | None = None,
+    ) -> None:
+        """Declare the parameters and build from their first values; `apply` is not called.
+
+        Args:
+            node: The node that gets the parameters.
+            declarations: What to declare.
+            build: Turns values by full name into what the node needs. Must change nothing.
+            apply: Takes over a changed object.
+
+        Raises:
+            ConfigurationError: an initial value of the wrong type or outside its limits.
+        """
+        self._defaults = {each.name: each for each in declarations}
+        self._values = {name: _declare(node, each) for name, each in self._defaults.items()}
+        self._build = build
+        self._apply = apply
+        self.current: Built = build(self._values)
+        """What `build` made of the values now in force."""
+        node.add_on_set_parameters_callback(self._on_set)
+        node.add_post_set_parameters_callback(self._on_changed)
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """The values in force by full name; arrays as tuples."""
+        return self._values
+
+    def _merged(self, changes: list[Parameter]) -> dict[str, Any] | None:
+        mine = {each.name: each for each in changes if each.name in self._defaults}
+        if not mine:
+            return None
+        return {**self._values, **{name: _plain(each.value) for name, each in mine.items()}}
+
+    def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
+        values = self._merged(changes)
+        if values is not None:
+            try:
+                self._build(values)
+            except TwbrError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _on_changed(self, changes: list[Parameter]) -> None:
+        values = self._merged(changes)
+        if values is None:
+            return
+        self._values, self.current = values, self._build(values)
+        if self._apply is not None:
+            self._apply(self.current)
+
+
+def _declare(node: Node, declaration: Declaration) -> Any:
+    """Declare one parameter and return its first value."""
+    default, kind = declaration.default, Parameter.Type.DOUBLE_ARRAY
+    # An empty array has no type of its own and cannot be a default in ROS.
+    initial = kind if default == () else list(default) if isinstance(default, tuple) else default
+    try:
+        node.declare_parameter(declaration.name, initial, descriptor_of(declaration))
+    except InvalidParameterTypeException as error:
+        raise ConfigurationError(f"{error}; a double needs a decimal point, as in 1.0") from None
+    except InvalidParameterValueException as error:
+        raise ConfigurationError(str(error)) from None
+    value = node.get_parameter_or(declaration.name, Parameter(declaration.name)).value
+    return default if value is None else _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    """Return arrays as tuples, everything else as it is."""
+    return value if isinstance(value, (bool, int, float, str)) else tuple(value)

@@ -1,0 +1,71 @@
+"""Start nodes, spin them until they are asked to stop, and clean up: written once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.node import Node
+
+from ..errors import TwbrError
+
+WAKE_PERIOD = 1.0
+"""Longest time the executor sleeps before it looks for a shutdown again [s]."""
+
+
+def make_executor(context: Context | None = None) -> Executor:
+    """Return the events executor, or the single-threaded one before rclpy 7.1.4."""
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor(context=context)
+    return EventsExecutor(context=context)
+
+
+def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None = None) -> int:
+    """Create one node or several in one process and spin them until shutdown.
+
+    A node ends its process by raising `SystemExit(status)` in a callback. Errors of this
+    package are logged in one line; anything else is a defect and keeps its traceback.
+
+    Args:
+        create: Returns the node or nodes; called once the context is up.
+        arguments: Command line; that of the process by default.
+
+    Returns:
+        Exit status: 0 after a normal shutdown, 1 after an error.
+    """
+    nodes: list[Node] = []
+    try:
+        rclpy.init(args=arguments)
+        executor = make_executor()
+        created = create()
+        nodes.extend(created if isinstance(created, Sequence) else [created])
+        for node in nodes:
+            executor.add_node(node)
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=WAKE_PERIOD)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else 0
+    except TwbrError as error:
+        get_logger(nodes[0].get_name() if nodes else "twbr_estimation").fatal(str(error))
+        return 1
+    finally:
+        _clean_up(nodes)
+    return 0
+
+
+def _clean_up(nodes: list[Node]) -> None:
+    """Destroy the nodes, the last first, even if a second SIGINT arrives meanwhile."""
+    for node in reversed(nodes):
+        try:
+            node.destroy_node()
+        except KeyboardInterrupt:
+            print(f"{node.get_name()}: interrupted while cleaning up", file=sys.stderr)
+    rclpy.try_shutdown()
