@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -38,7 +38,8 @@ class CorrectedTrack:
 
     def field(self, name: str) -> FloatArray:
         """Return one field of `CorrectedSample` over time, (n,)."""
-        return self.columns[CorrectedSample._fields.index(name)]
+        row: FloatArray = self.columns[CorrectedSample._fields.index(name)]
+        return row
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,22 +56,26 @@ class EstimateTrack:
     @property
     def tilt(self) -> FloatArray:
         """Tilt [rad], (n,)."""
-        return self.columns[0]
+        row: FloatArray = self.columns[0]
+        return row
 
     @property
     def rate(self) -> FloatArray:
         """Tilt rate [rad/s], (n,)."""
-        return self.columns[1]
+        row: FloatArray = self.columns[1]
+        return row
 
     @property
     def gyro_bias(self) -> FloatArray:
         """Gyro bias [rad/s], (n,); zeros where the filter has none."""
-        return self.columns[2]
+        row: FloatArray = self.columns[2]
+        return row
 
     @property
     def tilt_variance(self) -> FloatArray:
         """Variance of the tilt [rad^2], (n,); zeros where unknown."""
-        return self.columns[3]
+        row: FloatArray = self.columns[3]
+        return row
 
 
 def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
@@ -131,7 +136,7 @@ def _store(state: Any, estimates: FloatArray) -> None:
         estimates[row, 0] = getattr(state, name, 0.0)
 
 
-@lru_cache(maxsize=1)
+@cache
 def _correction_kernel() -> Any:
     start, step = correction.start, correction.step
     version = _source_version()
@@ -161,7 +166,7 @@ def _correction_kernel() -> Any:
     return _compiled(run, start, step)
 
 
-@lru_cache(maxsize=None)
+@cache
 def filter_kernel(entry: Filter) -> Any:
     """Return the compiled loop of a filter over corrected columns.
 
@@ -235,7 +240,7 @@ def _let_compile(function: Any, seen: set[FunctionType]) -> None:
     register_jitable(error_model="numpy")(function)
 
 
-@lru_cache(maxsize=1)
+@cache
 def _source_version() -> str:
     """Return a digest of the sources a compiled loop is made of.
 

@@ -45,7 +45,7 @@ class WheelReading(NamedTuple):
     """Mean angle of the wheels [rad]."""
     difference: float
     """Right minus left [rad]; 0 with one encoder."""
-    count: float
+    encoders: float
     """Number of encoders, 1 or 2."""
 
 
@@ -111,7 +111,7 @@ class Pairer:
         stamp, values = self._pending.popleft()
         dt = 0.0 if self._last_stamp is None else (stamp - self._last_stamp) * 1e-9
         self._last_stamp = stamp
-        return stamp, Sample(dt, *values, *self._wheels_at(stamp))
+        return stamp, Sample(*(dt, *values, *self._wheels_at(stamp)))
 
     def _wheels_at(self, stamp: int) -> tuple[float, float, float]:
         wheels = self._wheels
@@ -121,7 +121,7 @@ class Pairer:
             return _NO_WHEEL
         last = 1 if len(wheels) > 1 and wheels[1].stamp <= stamp else 0
         if wheels[last].stamp == stamp:
-            return wheels[last].angle, wheels[last].difference, wheels[last].count
+            return wheels[last].angle, wheels[last].difference, wheels[last].encoders
         if len(wheels) > last + 1 and wheels[last + 1].stamp <= stamp + self._wait:
             return self._between(stamp, wheels[last], wheels[last + 1])
         if last == 1 and stamp - wheels[1].stamp <= self._timeout:
@@ -137,7 +137,7 @@ class Pairer:
         return (
             earlier.angle + share * (later.angle - earlier.angle),
             earlier.difference + share * (later.difference - earlier.difference),
-            later.count,
+            later.encoders,
         )
 
 

@@ -132,10 +132,11 @@ class Filter:
         modulus = float(np.max(np.abs(self.matrices(parameters, dt).error_eigenvalues())))
         if modulus < 1.0:
             return ()
-        return (
+        warning = (
             f"{self.name}: an eigenvalue of A - KCA has modulus {modulus:.5f} at dt {dt:g} s; "
-            "at 1 or above an initial error does not die out",
+            "at 1 or above an initial error does not die out"
         )
+        return (warning,)
 
 
 def estimate_of(state: Any) -> TiltEstimate:
