@@ -1,0 +1,38 @@
+# Everything a developer or a new user runs. PYTHON picks the interpreter for .venv.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: help venv demo test lint format bench clean
+
+help:
+	@echo "make demo    evaluate every filter on the bundled recordings, as a table"
+	@echo "make test    run the tests"
+	@echo "make lint    check lint, format and types"
+	@echo "make format  rewrite the sources in the project's format"
+	@echo "make bench   measure speed and memory"
+	@echo "make venv    set up .venv (the others do it by themselves)"
+	@echo "make clean   remove .venv and build products"
+
+venv:
+	@$(PYTHON) tools/make_venv.py
+
+demo: venv
+	@$(BIN)/twbr evaluate $(sort $(wildcard bags/*/)) --preset table2
+
+test: venv
+	$(BIN)/python -m pytest
+
+lint: venv
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: venv
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: venv
+	@for file in $(sort $(wildcard bench/bench_*.py)); do $(BIN)/python $$file || exit 1; done
+
+clean:
+	rm -rf .venv build install log dist *.egg-info

@@ -1,0 +1,60 @@
+"""Package description; colcon and pip both read this file."""
+
+import re
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "twbr_estimation"
+ROOT = Path(__file__).parent
+VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_text()).group(1)
+NODES = sorted(path.stem for path in (ROOT / NAME / "nodes").glob("*_node.py"))
+
+TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10"]
+LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
+HARDWARE = ["smbus2>=0.4.3", "gpiod>=2.1"]
+
+setup(
+    name=NAME,
+    version=VERSION,
+    description="Tilt estimation for two-wheeled balancing robots from an MPU6050 and encoders",
+    long_description=(ROOT / "README.md").read_text(),
+    long_description_content_type="text/markdown",
+    maintainer="The twbr_estimation maintainers",
+    maintainer_email="maintainers@example.org",
+    license="Apache-2.0",
+    python_requires=">=3.10",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={NAME: ["py.typed", "presets/**/*.yaml"]},
+    zip_safe=False,
+    install_requires=[
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "numba>=0.58",
+        "rosbags>=0.10",
+        "mcap>=1.1",
+        "PyYAML>=6",
+        "rich>=13",
+    ],
+    extras_require={
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "hardware": HARDWARE,
+        "test": TEST,
+        "dev": [*TEST, *LINT, *HARDWARE],
+        "colcon": ["colcon-common-extensions", "setuptools<80"],
+    },
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"lib/{NAME}", [f"scripts/{node}" for node in NODES]),
+    ],
+    entry_points={
+        "console_scripts": [
+            f"twbr = {NAME}.cli.main:main",
+            *(f"{node} = {NAME}.nodes.{node}:main" for node in NODES),
+        ],
+    },
+)

@@ -1,0 +1,67 @@
+"""`twbr VERB ...`: finds the verbs of this folder and runs one.
+
+A verb is a module with `add_parser(subparsers)`, which sets `run` as the parser's default,
+and `run(arguments)`, which returns the exit status. A trailing underscore in the file's name
+(`import_.py`) is dropped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+
+from .. import __version__
+from ..errors import TwbrError
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C: 128 + SIGINT."""
+BROKEN_PIPE = 141
+"""Exit status when the reader of our output went away: 128 + SIGPIPE."""
+
+
+def verbs() -> dict[str, str]:
+    """Return the module of every verb by the verb's name."""
+    modules = (entry.name for entry in iter_modules([str(Path(__file__).parent)]))
+    return {name.rstrip("_"): f"{__package__}.{name}" for name in modules if name != "main"}
+
+
+def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Return the parser; only the verb that `arguments` start with is imported, else all."""
+    top = argparse.ArgumentParser(
+        prog="twbr", description="Tilt estimation for two-wheeled balancing robots."
+    )
+    top.add_argument("--version", action="version", version=f"twbr {__version__}")
+    known = verbs()
+    wanted = known if not arguments or arguments[0] not in known else {arguments[0]}
+    subparsers = top.add_subparsers(title="verbs", metavar="VERB", required=True)
+    for verb in sorted(wanted):
+        import_module(known[verb]).add_parser(subparsers)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return its exit status."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        chosen = parser(given).parse_args(given)
+        status = int(chosen.run(chosen))
+        sys.stdout.flush()
+    except TwbrError as error:
+        print(f"twbr: error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        # What is still buffered must not fail again when the interpreter closes stdout.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
