@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, TypeVar
 
 from ..bounds import Bounds, bounds_of
@@ -50,7 +51,8 @@ def declarations_of(
         only: Names of the fields to declare; all by default.
     """
     found: list[Declaration] = []
-    bounds, docs = bounds_of(type(defaults)), _field_docs(type(defaults))
+    kind: Any = type(defaults)
+    bounds, docs = bounds_of(kind), _field_docs(kind)
     for entry in fields(defaults):
         if only is not None and entry.name not in only:
             continue
@@ -132,7 +134,7 @@ def _field_docs(kind: type[Any]) -> Mapping[str, str]:
         return {}
     body = getattr(tree.body[0], "body", [])
     docs = {}
-    for field, below in zip(body, body[1:], strict=False):
+    for field, below in pairwise(body):
         if not (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)):
             continue
         if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
