@@ -8,7 +8,7 @@ source file of the package makes a new entry.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,9 +20,9 @@ import numpy as np
 from numba.extending import register_jitable
 
 from . import correction
-from .filters.base import Filter
-from .pairing import SampleTrack
-from .recording import FloatArray, StampArray
+from .filters.base import Filter, filter_named
+from .pairing import SampleTrack, pair
+from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
 from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
 
@@ -129,6 +129,28 @@ def run_filter(
     kernel = filter_kernel(entry)
     state = kernel(corrected.columns, first, coefficients, state, estimates)
     return EstimateTrack(corrected.stamps, estimates, state)
+
+
+def estimate_recording(
+    recording: Recording, setup: Setup, settings: Mapping[str, Mapping[str, float]]
+) -> dict[str, EstimateTrack]:
+    """Correct a recording once and run several filters over it.
+
+    Args:
+        recording: IMU and, where there are any, wheels.
+        setup: robot, calibration and correction settings.
+        settings: parameter values by filter name; missing ones take their defaults.
+
+    Raises:
+        ConfigurationError: an unknown filter or parameter, or a value out of bounds.
+    """
+    chosen = [(filter_named(name), values) for name, values in settings.items()]
+    ready = [(entry, entry.configure(values)) for entry, values in chosen]
+    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    return {
+        entry.name: run_filter(entry, parameters, corrected, setup.robot)
+        for entry, parameters in ready
+    }
 
 
 def _store(state: Any, estimates: FloatArray) -> None:
