@@ -1,0 +1,1 @@
+"""The sensors: what they report, and what disturbs them."""

@@ -1,0 +1,121 @@
+"""The loops over a whole simulation, compiled from the single steps."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..batch import compiled, source_version
+from ..plant import PlantParameters
+from ..recording import FloatArray
+from ..samples import STANDARD_GRAVITY
+from ..sensors.error_model import ImuErrors, read
+from .balance import CONTROL_PERIOD, BalanceGains
+from .disturbances import STEP, Disturbances
+from .rig import Inputs, RigState, loads, next_voltage, ring_acceleration, step, vibration_level
+from .sensing import Motion, Mount, at_rest, sense
+
+MOTION_COLUMNS = (*Motion._fields, "wheel_travel", "voltage")
+"""Columns of a motion over time, one row a step."""
+_SOURCES = ("samples.py", "plant.py", "sensors/error_model.py", "simulation/*.py")
+
+
+def drive(
+    disturbances: Disturbances, plant: PlantParameters, gains: BalanceGains
+) -> tuple[FloatArray, int]:
+    """Let the robot balance through all disturbances.
+
+    Returns:
+        The motion, (n, 9) with `MOTION_COLUMNS`, its first row at rest; and the falls.
+    """
+    d = disturbances
+    inputs = np.column_stack([d.push, d.slope, d.hit, d.target, d.bump, d.slip])
+    motion = np.zeros((inputs.shape[0], len(MOTION_COLUMNS)))
+    state = _drive_kernel()(inputs, d.vibration, plant, gains, RigState(), motion)
+    return motion, int(state.falls)
+
+
+def measure(
+    motion: FloatArray,
+    mount: Mount,
+    errors: ImuErrors,
+    drift: FloatArray,
+    noise: FloatArray,
+    every: int,
+) -> FloatArray:
+    """Read the IMU at every `every`-th step of a motion.
+
+    Args:
+        motion: (n, 9) with `MOTION_COLUMNS`.
+        mount: how the IMU is fixed.
+        errors: what is wrong with it.
+        drift: deviation of the gyro biases at each reading [rad/s], (m, 3).
+        noise: standard normal numbers, (m, 6).
+        every: steps between two readings.
+
+    Returns:
+        Gyro [rad/s] and accelerometer [m/s^2] readings, (m, 6).
+    """
+    readings = np.empty_like(noise)
+    _measure_kernel()(motion, mount, errors, drift, noise, every, readings)
+    return readings
+
+
+@lru_cache(maxsize=1)
+def _drive_kernel() -> Any:
+    period = round(CONTROL_PERIOD / STEP)
+
+    version = source_version(_SOURCES)
+
+    def run(inputs: Any, vibration: Any, plant: Any, gains: Any, state: Any, motion: Any) -> Any:
+        version  # noqa: B018  part of the cache key
+        voltage, pending = 0.0, 0.0
+        for i in range(1, inputs.shape[0]):
+            row = inputs[i - 1]
+            now = Inputs(row[0], row[1], row[2], row[3], row[4], row[5])
+            if (i - 1) % period == 0:
+                voltage = pending
+                pending = next_voltage(state, now.target, pending, gains, plant.supply_voltage)
+            acting = loads(state, now, plant)
+            state = step(state, now, voltage, acting, plant)
+            level = vibration_level(state.plant.velocity, voltage)
+            motion[i, 0] = state.plant.velocity
+            motion[i, 1] = state.plant.tilt
+            motion[i, 2] = state.plant.rate
+            motion[i, 3] = acting.gravity - STANDARD_GRAVITY
+            motion[i, 4] = level * vibration[i, 0] + ring_acceleration(state.ring_forward)
+            motion[i, 5] = level * vibration[i, 1]
+            motion[i, 6] = level * vibration[i, 2] + ring_acceleration(state.ring_up)
+            motion[i, 7] = state.wheel_travel
+            motion[i, 8] = voltage
+        return state
+
+    return compiled(run, next_voltage, loads, step, vibration_level, ring_acceleration)
+
+
+@lru_cache(maxsize=1)
+def _measure_kernel() -> Any:
+    version = source_version(_SOURCES)
+
+    def run(
+        motion: Any, mount: Any, errors: Any, drift: Any, noise: Any, every: int, readings: Any
+    ) -> None:
+        version  # noqa: B018  part of the cache key
+        row = motion[0]
+        sensed = at_rest(Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6]), mount)
+        for i in range(motion.shape[0]):
+            row = motion[i]
+            now = Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
+            sensed = sense(sensed, now, mount)
+            k = i // every
+            if i % every == 0 and k < readings.shape[0]:
+                wander = (drift[k, 0], drift[k, 1], drift[k, 2])
+                z = noise[k]
+                white = (z[0], z[1], z[2], z[3], z[4], z[5])
+                reading = read(sensed.rate, sensed.force, wander, white, errors)
+                for column in range(6):
+                    readings[k, column] = reading[column]
+
+    return compiled(run, at_rest, sense, read)

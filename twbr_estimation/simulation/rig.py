@@ -1,0 +1,179 @@
+"""One step of the rig: plant, controller, contacts, and the shaking of the frame.
+
+Everything is a function of named tuples and floats, so that a batch compiles the loop and a
+closed loop takes one step at a time.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..plant import (
+    Loads,
+    PlantParameters,
+    PlantState,
+    advance,
+    stop_axle,
+    stop_body,
+    tilt_inertia,
+)
+from ..samples import STANDARD_GRAVITY
+from .balance import BalanceGains, balance_voltage
+from .disturbances import STEP
+
+PUSH_HEIGHT = 0.18
+"""Where pushes act, above the axle [m]."""
+STOP_TILT = 0.635
+"""Where the frame hits the hard stops [rad]."""
+STOP_RESTITUTION = 0.15
+OBSTACLE_RESTITUTION = 0.4
+OBSTACLE_SPEED = 0.1
+"""Slowest speed at which an obstacle is felt [m/s]."""
+LYING_SECONDS = 0.25
+"""How long the robot lies before it is stood up again [s]."""
+LIFT_FREQUENCY = 8.0
+"""Natural frequency of the hand that stands it up [rad/s]."""
+UPRIGHT_TILT, UPRIGHT_RATE = 0.03, 0.2
+"""Where the hand lets go [rad], [rad/s]."""
+VIBRATION_LEVEL = 0.15 * STANDARD_GRAVITY
+"""Vibration at unit level [m/s^2]."""
+BUMP_LEVEL = 2.5
+"""Vertical road acceleration per speed [m/s^2 per m/s]."""
+RING_FREQUENCY = 2.0 * math.pi * 70.0
+"""Ringing of the frame after a shock [rad/s]."""
+RING_DAMPING = 0.06
+RING_SHARE = 0.2
+"""Share of a shock's change of velocity that rings."""
+
+BALANCING, LYING, LIFTED = 0, 1, 2
+
+
+class Inputs(NamedTuple):
+    """The disturbances of one step; see `Disturbances`."""
+
+    push: float
+    slope: float
+    hit: float
+    target: float
+    bump: float
+    slip: float
+
+
+class Ring(NamedTuple):
+    """A damped oscillation along one axis: displacement [m] and velocity [m/s]."""
+
+    displacement: float = 0.0
+    velocity: float = 0.0
+
+
+class RigState(NamedTuple):
+    """The rig between two steps."""
+
+    plant: PlantState = PlantState(0.0, 0.0, 0.0, 0.0)
+    wheel_travel: float = 0.0
+    """Distance the tread has rolled, slip included [m]."""
+    mode: int = BALANCING
+    timer: float = 0.0
+    """Time left on the ground [s]."""
+    origin: float = 0.0
+    """Position the commands count from [m]."""
+    obstacle: bool = False
+    """Whether an obstacle lies ahead."""
+    falls: int = 0
+    ring_forward: Ring = Ring()
+    ring_up: Ring = Ring()
+
+
+def loads(state: RigState, inputs: Inputs, plant: PlantParameters) -> Loads:
+    """Return what acts on the plant during one step."""
+    weight = (plant.body_mass + 2.0 * plant.wheel_mass) * STANDARD_GRAVITY
+    gravity = STANDARD_GRAVITY + inputs.bump * BUMP_LEVEL * abs(state.plant.velocity)
+    moment = 0.0
+    if state.mode == LIFTED:
+        moment = _lifting_moment(state.plant, plant)
+    return Loads(-weight * inputs.slope, inputs.push, PUSH_HEIGHT, moment, gravity)
+
+
+def _lifting_moment(state: PlantState, plant: PlantParameters) -> float:
+    """Return the moment of a hand that brings the robot upright without overshoot [N m]."""
+    pull = LIFT_FREQUENCY * (LIFT_FREQUENCY * state.tilt + 2.0 * state.rate)
+    weight = plant.body_mass * plant.body_height * STANDARD_GRAVITY * math.sin(state.tilt)
+    return -tilt_inertia(plant) * pull - weight
+
+
+def step(
+    state: RigState, inputs: Inputs, voltage: float, acting: Loads, plant: PlantParameters
+) -> RigState:
+    """Advance the rig by one `STEP`: motion, then contacts, then who holds the robot."""
+    moved = advance(state.plant, voltage, acting, plant, STEP)
+    travel = state.wheel_travel + moved.position - state.plant.position + inputs.slip * STEP
+    obstacle = state.obstacle or inputs.hit > 0.0
+    touched = moved
+    if obstacle and abs(touched.velocity) > OBSTACLE_SPEED:
+        touched = stop_axle(touched, OBSTACLE_RESTITUTION, plant)
+        obstacle = False
+    stopped = abs(touched.tilt) >= STOP_TILT and touched.tilt * touched.rate > 0.0
+    if stopped:
+        touched = stop_body(touched, STOP_RESTITUTION, plant)
+    shock_forward = touched.velocity - moved.velocity
+    shock_up = touched.rate - moved.rate
+    mode, timer, origin = _held(state, touched, stopped)
+    falls = state.falls + (1 if stopped and state.mode == BALANCING else 0)
+    return RigState(
+        touched,
+        travel,
+        mode,
+        timer,
+        origin,
+        obstacle,
+        falls,
+        _rung(state.ring_forward, shock_forward + 2.0 * plant.body_height * shock_up),
+        _rung(state.ring_up, 0.5 * plant.body_height * shock_up - 0.5 * shock_forward),
+    )
+
+
+def _held(state: RigState, plant: PlantState, stopped: bool) -> tuple[int, float, float]:
+    """Return mode, timer and origin after a step."""
+    if state.mode == BALANCING and stopped:
+        return LYING, LYING_SECONDS, state.origin
+    if state.mode == LYING:
+        left = state.timer - STEP
+        return (LYING if left > 0.0 else LIFTED), left, state.origin
+    upright = abs(plant.tilt) < UPRIGHT_TILT and abs(plant.rate) < UPRIGHT_RATE
+    if state.mode == LIFTED and upright:
+        return BALANCING, 0.0, plant.position
+    return state.mode, state.timer, state.origin
+
+
+def _rung(ring: Ring, shock: float) -> Ring:
+    """Return a ring one step later, exactly for the free oscillation."""
+    damping = RING_DAMPING * RING_FREQUENCY
+    turn = RING_FREQUENCY * math.sqrt(1.0 - RING_DAMPING * RING_DAMPING)
+    decay = math.exp(-damping * STEP)
+    cosine, sine = decay * math.cos(turn * STEP), decay * math.sin(turn * STEP) / turn
+    x, v = ring.displacement, ring.velocity + RING_SHARE * shock
+    stiffness = RING_FREQUENCY * RING_FREQUENCY
+    return Ring(
+        cosine * x + sine * (v + damping * x), cosine * v - sine * (damping * v + stiffness * x)
+    )
+
+
+def ring_acceleration(ring: Ring) -> float:
+    """Return the acceleration of a ring [m/s^2]."""
+    stiffness = RING_FREQUENCY * RING_FREQUENCY * ring.displacement
+    return -stiffness - 2.0 * RING_DAMPING * RING_FREQUENCY * ring.velocity
+
+
+def vibration_level(velocity: float, voltage: float) -> float:
+    """Return the rms vibration of the frame at one speed and voltage [m/s^2]."""
+    return VIBRATION_LEVEL * (0.05 + abs(velocity) / 0.5 + 0.6 * abs(voltage) / 12.0)
+
+
+def next_voltage(
+    state: RigState, target: float, pending: float, gains: BalanceGains, limit: float
+) -> float:
+    """Return what the balance controller asks for; nothing while the robot is held."""
+    if state.mode != BALANCING:
+        return 0.0
+    return balance_voltage(state.plant, state.origin + target, 0.0, pending, gains, limit)

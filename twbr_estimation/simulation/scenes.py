@@ -1,0 +1,63 @@
+"""What the robot does in a simulation: drive, stand still, or be held at angles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from ..plant import PlantParameters
+from ..recording import FloatArray
+from .balance import balance_gains
+from .disturbances import STEP, disturb
+from .loops import MOTION_COLUMNS, drive
+from .worlds import World
+
+POSE_LIMIT = math.radians(80.0)
+"""Largest angle of the poses [rad]."""
+POSE_SECONDS, MOVE_SECONDS = 3.0, 1.0
+"""How long a pose is held, and how long the way to it takes [s]."""
+
+
+class Performed(NamedTuple):
+    """The motion of a scene, one row a step."""
+
+    motion: FloatArray
+    """(n, 9) with `MOTION_COLUMNS`."""
+    falls: int
+
+
+def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    motion, falls = drive(disturb(world, steps, seed), plant, balance_gains(plant))
+    return Performed(motion, falls)
+
+
+def _still(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    del world, plant, seed
+    return Performed(np.zeros((steps, len(MOTION_COLUMNS))), 0)
+
+
+def _poses(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    """Hold angles from one side to the other, after an upright start; the wheels stay."""
+    del world, plant, seed
+    stage = POSE_SECONDS + MOVE_SECONDS
+    count = max(int(steps * STEP / stage) - 1, 1)
+    angles = np.concatenate([[0.0], np.linspace(-POSE_LIMIT, POSE_LIMIT, count)])
+    time = np.arange(steps) * STEP
+    stages = np.minimum((time / stage).astype(np.int64), count)
+    share = np.clip((time - stages * stage) / MOVE_SECONDS, 0.0, 1.0)
+    before, after = angles[np.maximum(stages - 1, 0)], angles[stages]
+    motion = np.zeros((steps, len(MOTION_COLUMNS)))
+    turn = 2.0 * math.pi * share
+    motion[:, 1] = before + (after - before) * (share - np.sin(turn) / (2.0 * math.pi))
+    motion[:, 2] = (after - before) * (1.0 - np.cos(turn)) / MOVE_SECONDS
+    return Performed(motion, 0)
+
+
+SCENES: Mapping[str, Callable[[World, PlantParameters, int, int], Performed]] = MappingProxyType(
+    {"drive": _drive, "still": _still, "poses": _poses}
+)
+"""Scenes by name; each takes world, plant, number of steps and seed."""

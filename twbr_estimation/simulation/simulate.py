@@ -1,0 +1,149 @@
+"""A whole simulated recording, with the truth and the robot's description."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import ConfigurationError
+from ..plant import PlantParameters
+from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
+from ..robot import Robot, Setup
+from .disturbances import STEP, gyro_drift, stream
+from .loops import MOTION_COLUMNS, measure
+from .scenes import SCENES, Performed
+from .sensing import imu_errors, mount_of, quantised
+from .worlds import World, world_named
+
+WHEEL_COUNTS = 1320
+"""Counts of the wheel encoder in one turn of the wheel."""
+REFERENCE_COUNTS = 2000
+"""Counts of the reference encoder in one turn of the robot."""
+FIRST_STAMP = 1_000_000_000
+"""Stamp of the first sample [ns]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """A simulated recording and what it was made of."""
+
+    recording: Recording
+    setup: Setup
+    """Robot and calibration as the estimator is told."""
+    true_setup: Setup
+    """Robot and calibration as they are; `gyro_scale` undoes the gyro's scale error."""
+    world: World
+    scene: str
+    seed: int
+    falls: int
+    """How often the robot fell to its stops."""
+    saturated: float
+    """Share of the samples with a saturated gyro axis."""
+
+
+def simulate(
+    world: World | str, dt: float, duration: float, seed: int, scene: str = "drive"
+) -> Simulated:
+    """Simulate one recording; the same arguments give the same recording.
+
+    Args:
+        world: one of `WORLDS`, or its name.
+        dt: sampling period [s], a multiple of `STEP`.
+        duration: length [s].
+        seed: number of the random draw.
+        scene: one of `SCENES`.
+
+    Raises:
+        ConfigurationError: unknown world or scene, or a time that cannot be simulated.
+    """
+    chosen = world_named(world) if isinstance(world, str) else world
+    every, samples = _sampling(dt, duration)
+    if scene not in SCENES:
+        raise ConfigurationError(f"there is no scene {scene!r}; there are: {', '.join(SCENES)}")
+    if seed < 0:
+        raise ConfigurationError(f"seed {seed} is below 0")
+    setup, true_setup = _setups(chosen, seed)
+    plant = PlantParameters(wheel_radius=true_setup.robot.wheel_radius)
+    performed = SCENES[scene](chosen, plant, (samples - 1) * every + 1, seed)
+    imu = _imu(performed, chosen, true_setup, every, samples, seed)
+    source = f"simulation: world {chosen.name}, scene {scene}, dt {dt:g} s, seed {seed}"
+    recording = _recording(source, performed, imu, chosen, true_setup.robot, every, seed)
+    full = np.abs(imu.gyro) >= 0.999 * setup.robot.gyro_range
+    saturated = float(np.mean(np.any(full, axis=1)))
+    return Simulated(recording, setup, true_setup, chosen, scene, seed, performed.falls, saturated)
+
+
+def _sampling(dt: float, duration: float) -> tuple[int, int]:
+    """Return the steps between two samples and the number of samples."""
+    if not (math.isfinite(dt) and math.isfinite(duration)):
+        raise ConfigurationError(f"dt {dt} s, duration {duration} s: not finite")
+    every = round(dt / STEP)
+    if every < 1 or abs(every * STEP - dt) > 1e-9:
+        raise ConfigurationError(f"dt {dt:g} s is not a multiple of the step {STEP:g} s")
+    samples = math.floor(duration / dt + 1e-6)
+    if samples < 2:
+        raise ConfigurationError(f"duration {duration:g} s is below two periods of {dt:g} s")
+    return every, samples
+
+
+def _setups(world: World, seed: int) -> tuple[Setup, Setup]:
+    """Return the setup the estimator is told, and the true one; signs vary by seed."""
+    signs = stream(seed, "geometry").choice([-1.0, 1.0], 3).tolist()
+    told = Robot()
+    arm = told.lever_arm
+    true = replace(
+        told,
+        wheel_radius=told.wheel_radius * (1.0 + signs[0] * world.wheel_radius_error),
+        lever_arm=(arm[0], arm[1], arm[2] + signs[1] * world.lever_arm_error),
+        mounting=(0.0, signs[2] * math.radians(world.mounting_error_deg), 0.0),
+    )
+    inverse = 1.0 / (1.0 + world.gyro_scale_error)
+    calibration = replace(world.calibration, gyro_scale=(inverse, inverse, inverse))
+    return Setup(told, world.calibration), Setup(true, calibration)
+
+
+def _imu(
+    performed: Performed, world: World, true: Setup, every: int, samples: int, seed: int
+) -> ImuTrack:
+    """Return what the IMU reads."""
+    noise = stream(seed, "noise").standard_normal((samples, 6))
+    drift = gyro_drift(world, samples, every * STEP, seed)
+    errors = imu_errors(world, world.calibration, seed)
+    mount = mount_of(true.robot, world)
+    readings = measure(performed.motion, mount, errors, drift, noise, every)
+    return ImuTrack(_stamps(samples, every), readings[:, :3].copy(), readings[:, 3:].copy())
+
+
+def _stamps(samples: int, every: int) -> StampArray:
+    return FIRST_STAMP + np.arange(samples, dtype=np.int64) * round(every * STEP * 1e9)
+
+
+def _recording(
+    source: str,
+    performed: Performed,
+    imu: ImuTrack,
+    world: World,
+    robot: Robot,
+    every: int,
+    seed: int,
+) -> Recording:
+    """Return the IMU together with encoders and truth at the same stamps."""
+    sampled = performed.motion[::every]
+    tilt = sampled[:, 1].copy()
+    travel = sampled[:, MOTION_COLUMNS.index("wheel_travel")]
+    wheel = travel / robot.wheel_radius - tilt
+    reference = tilt
+    if world.digital:
+        zeros = stream(seed, "encoders").uniform(0.0, 1.0)
+        wheel = quantised(wheel, WHEEL_COUNTS, zeros)
+        reference = quantised(tilt, REFERENCE_COUNTS, 0.5)
+    angle: FloatArray = wheel[:, None]
+    return Recording(
+        source=source,
+        imu=imu,
+        wheels=WheelTrack(imu.stamps, angle),
+        reference=TiltTrack(imu.stamps, reference),
+        truth=TiltTrack(imu.stamps, tilt, sampled[:, 2].copy()),
+    )
