@@ -8,7 +8,7 @@ source file of the package makes a new entry.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,13 +20,11 @@ import numpy as np
 from numba.extending import register_jitable
 
 from . import correction
-from .filters.base import Filter
-from .pairing import SampleTrack
-from .recording import FloatArray, StampArray
+from .filters.base import Filter, filter_named
+from .pairing import SampleTrack, pair
+from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
 from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
-
-_FILTER_SOURCES = ("samples.py", "correction.py", "filters/*.py")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +131,28 @@ def run_filter(
     return EstimateTrack(corrected.stamps, estimates, state)
 
 
+def estimate_recording(
+    recording: Recording, setup: Setup, settings: Mapping[str, Mapping[str, float]]
+) -> dict[str, EstimateTrack]:
+    """Correct a recording once and run several filters over it.
+
+    Args:
+        recording: IMU and, where there are any, wheels.
+        setup: robot, calibration and correction settings.
+        settings: parameter values by filter name; missing ones take their defaults.
+
+    Raises:
+        ConfigurationError: an unknown filter or parameter, or a value out of bounds.
+    """
+    chosen = [(filter_named(name), values) for name, values in settings.items()]
+    ready = [(entry, entry.configure(values)) for entry, values in chosen]
+    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    return {
+        entry.name: run_filter(entry, parameters, corrected, setup.robot)
+        for entry, parameters in ready
+    }
+
+
 def _store(state: Any, estimates: FloatArray) -> None:
     for row, name in enumerate(TiltEstimate._fields):
         estimates[row, 0] = getattr(state, name, 0.0)
@@ -141,7 +161,7 @@ def _store(state: Any, estimates: FloatArray) -> None:
 @cache
 def _correction_kernel() -> Any:
     start, step = correction.start, correction.step
-    version = source_version()
+    version = _source_version()
 
     def run(samples: Any, coefficients: Any, state: Any, corrected: Any) -> None:
         version  # noqa: B018  part of the cache key
@@ -165,7 +185,7 @@ def _correction_kernel() -> Any:
             for field in range(len(result)):
                 corrected[field, i] = result[field]
 
-    return compiled(run, start, step)
+    return _compiled(run, start, step)
 
 
 @cache
@@ -177,7 +197,7 @@ def filter_kernel(entry: Filter) -> Any:
     """
     step, reset = entry.step, entry.reset
     with_bias, with_variance = entry.estimates_gyro_bias, entry.estimates_variance
-    version = source_version()
+    version = _source_version()
 
     def run(columns: Any, first: int, coefficients: Any, state: Any, estimates: Any) -> Any:
         version  # noqa: B018  part of the cache key
@@ -216,11 +236,10 @@ def filter_kernel(entry: Filter) -> Any:
                 estimates[3, i] = state.tilt_variance
         return state
 
-    return compiled(run, step, reset)
+    return _compiled(run, step, reset)
 
 
-def compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
-    """Compile the loop `run`, and with it the plain functions it calls."""
+def _compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
     seen: set[FunctionType] = set()
     for function in called:
         _let_compile(function, seen)
@@ -244,14 +263,15 @@ def _let_compile(function: Any, seen: set[FunctionType]) -> None:
 
 
 @cache
-def source_version(patterns: tuple[str, ...] = _FILTER_SOURCES) -> str:
-    """Return a digest of the package's sources a compiled loop is made of.
+def _source_version() -> str:
+    """Return a digest of the sources a compiled loop is made of.
 
-    The disk cache sees only changes of the loop's own file; the digest in the closure makes
-    it see the step functions, too.
+    The disk cache sees only this file change; the digest in the closure makes it see the
+    filters and the correction, too.
     """
     package = Path(__file__).parent
+    sources = [package / "samples.py", package / "correction.py", *package.glob("filters/*.py")]
     digest = hashlib.sha256()
-    for path in sorted(path for pattern in patterns for path in package.glob(pattern)):
+    for path in sorted(sources):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -225,7 +225,7 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     )  # (16)
     turn = (rate - state.rate) / sample.dt * c.euler  # (17)
     spin = body.gyro_y * body.gyro_y * c.centrifugal
-    euler = turn * c.lever_up + spin * c.lever_forward  # (15)
+    euler = turn * c.lever_up - spin * c.lever_forward  # (15)
     centrifugal = spin * c.lever_up + turn * c.lever_forward  # (14)
     velocity, known = _wheel_velocity(state, sample, body.gyro_y, c)
     forward = 0.0

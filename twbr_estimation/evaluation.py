@@ -1,0 +1,251 @@
+"""How far an estimate is from the reference encoder: Laddach 2022 (5) and its companions.
+
+Estimate and reference are associated in time before anything is compared: the reference is
+interpolated at the stamps of the estimate, and stamps that fall into a gap of the reference
+or outside it are left out and counted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import RecordingError
+from .recording import FloatArray, Recording, StampArray, TiltTrack
+
+LARGEST_REFERENCE_GAP = 0.1
+"""Reference samples further apart than this [s], and than five periods, are a gap."""
+_GAP_PERIODS = 5.0
+_DELAY_ITERATIONS = 4
+_DELAY_SAMPLES = 20_000
+_LARGEST_DELAY = 0.5  # [s]; beyond it a linearised search means nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How estimates are compared with the reference."""
+
+    reference_delay: float = 0.0
+    """The estimate stamped t is compared with the reference at t minus this [s]."""
+    reference_offset: float = 0.0
+    """Added to the reference [rad]."""
+    skip: float = 0.0
+    """Time at the start of each recording that is not scored [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Errors of one estimator on one recording; the errors are estimate minus reference."""
+
+    mse_deg2: float
+    """Mean square error, Laddach 2022 (5) [deg^2]."""
+    rmse_deg: float
+    """Root of the mean square error [deg]."""
+    bias_deg: float
+    """Mean error [deg]."""
+    max_abs_deg: float
+    """Largest error [deg]."""
+    delay_s: float
+    """How much the estimate lags behind the reference [s]; 0 where nothing moved."""
+    samples: int
+    """Samples compared."""
+    left_out: int
+    """Samples without a reference: before, after, or in a gap of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingScore:
+    """All estimators' scores on one recording."""
+
+    source: str
+    dt: float
+    """Median sampling period [s]."""
+    samples: int
+    """IMU samples in the recording."""
+    estimators: Mapping[str, Score]
+    repairs: Mapping[str, int] = field(default_factory=dict)
+    """What had to be mended in the recording."""
+    warnings: Sequence[str] = ()
+    """What a user should know about these figures."""
+
+
+class Association:
+    """A reference, ready to be compared with estimates at any stamps."""
+
+    def __init__(self, reference: TiltTrack, options: Options | None = None) -> None:
+        """Prepare `reference`.
+
+        Raises:
+            RecordingError: the reference holds fewer than two samples.
+        """
+        if reference.stamps.size < 2:
+            raise RecordingError(
+                f"the reference holds {reference.stamps.size} samples; at least 2 are needed"
+            )
+        self._options = options or Options()
+        self._times = reference.stamps
+        self._tilt = np.unwrap(reference.tilt) + self._options.reference_offset
+        periods = np.diff(self._times) * 1e-9
+        limit = max(LARGEST_REFERENCE_GAP, _GAP_PERIODS * float(np.median(periods)))
+        self._gap_after = periods > limit
+        self._latest: tuple[StampArray, tuple[FloatArray, NDArray[np.bool_]]] | None = None
+
+    def at(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return the reference at t - delay for each stamp t, and where there is one.
+
+        Args:
+            stamps: [ns], (n,), increasing.
+
+        Returns:
+            Tilt [rad], (n,), and a mask, (n,), false before, after and in gaps of it.
+        """
+        if self._latest is None or self._latest[0] is not stamps:
+            self._latest = stamps, self._interpolated(stamps)
+        return self._latest[1]
+
+    def _interpolated(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        times = stamps - round(self._options.reference_delay * 1e9)
+        after = np.searchsorted(self._times, times, side="left")
+        inside = (times >= self._times[0]) & (times <= self._times[-1])
+        before = np.clip(after - 1, 0, self._gap_after.size - 1)
+        exact = self._times[np.clip(after, 0, self._times.size - 1)] == times
+        known = inside & (exact | ~self._gap_after[before])
+        origin = self._times[0]
+        tilt = np.interp((times - origin) * 1e-9, (self._times - origin) * 1e-9, self._tilt)
+        return tilt, known
+
+
+def score(
+    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+) -> Score:
+    """Compare an estimate with the reference.
+
+    Args:
+        stamps: the estimate's stamps [ns], (n,).
+        tilt: the estimate [rad], (n,).
+        association: the reference.
+        first_stamp: estimates before it [ns] are not scored.
+
+    Raises:
+        RecordingError: estimate and reference have no sample in common.
+    """
+    reference, covered = association.at(stamps)
+    scored = stamps >= first_stamp
+    known = covered & scored
+    if not known.any():
+        raise RecordingError(
+            f"estimate and reference do not overlap: of {scored.sum()} samples none has a "
+            "reference; check the reference's stamps, its delay and the skipped time"
+        )
+    error = np.degrees(_wrapped(tilt[known] - reference[known]))
+    mse = float(np.mean(error**2))
+    return Score(
+        mse_deg2=mse,
+        rmse_deg=math.sqrt(mse),
+        bias_deg=float(np.mean(error)),
+        max_abs_deg=float(np.max(np.abs(error))),
+        delay_s=_delay(stamps[known], tilt[known], association),
+        samples=int(known.sum()),
+        left_out=int((scored & ~covered).sum()),
+    )
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi, dtype=np.float64)
+
+
+def _delay(stamps: StampArray, tilt: FloatArray, association: Association) -> float:
+    """Find the lag that fits best, by Gauss-Newton on the linearised reference."""
+    chosen = stamps[:: max(1, stamps.size // _DELAY_SAMPLES)]
+    wanted = tilt[:: max(1, stamps.size // _DELAY_SAMPLES)]
+    half = 5_000_000  # [ns]; the slope of the reference is taken over 10 ms
+    delay = 0.0
+    for _ in range(_DELAY_ITERATIONS):
+        shifted = chosen - round(delay * 1e9)
+        (value, known), (earlier, k1), (later, k2) = (
+            association.at(shifted + offset) for offset in (0, -half, half)
+        )
+        use = known & k1 & k2
+        slope = (later - earlier)[use] / (2e-9 * half)
+        error = _wrapped(wanted - value)[use]
+        power = float(np.mean((slope - slope.mean()) ** 2)) if use.any() else 0.0
+        if power < 1e-6:
+            return 0.0
+        delay -= float(np.mean((error - error.mean()) * (slope - slope.mean()))) / power
+        delay = min(max(delay, -_LARGEST_DELAY), _LARGEST_DELAY)
+    return delay
+
+
+def score_recording(
+    recording: Recording,
+    estimates: Mapping[str, TiltTrack],
+    options: Options | None = None,
+    warnings: Sequence[str] = (),
+) -> RecordingScore:
+    """Score several estimators on one recording.
+
+    Args:
+        recording: gives the reference, and the start from which time is skipped.
+        estimates: tilt over time by name of the estimator.
+        options: how to compare.
+        warnings: passed on.
+
+    Raises:
+        RecordingError: there is no reference, or it overlaps with no estimate.
+    """
+    if recording.reference is None:
+        raise RecordingError(f"{recording.source}: there is no reference to compare with")
+    options = options or Options()
+    association = Association(recording.reference, options)
+    first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
+    scores = {}
+    for name, track in estimates.items():
+        try:
+            scores[name] = score(track.stamps, track.tilt, association, first)
+        except RecordingError as error:
+            raise RecordingError(f"{recording.source}: {name}: {error}") from None
+    return RecordingScore(
+        source=recording.source,
+        dt=recording.dt,
+        samples=int(recording.imu.stamps.size),
+        estimators=scores,
+        repairs=recording.repairs,
+        warnings=tuple(warnings),
+    )
+
+
+_FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg", "delay_s")
+
+
+def mean_over(recordings: Sequence[RecordingScore]) -> dict[str, dict[str, float]]:
+    """Return every figure's mean over the recordings, for estimators that are in all."""
+    names = [
+        name
+        for name in recordings[0].estimators
+        if all(name in recording.estimators for recording in recordings)
+    ]
+    return {
+        name: {
+            figure: float(np.mean([getattr(r.estimators[name], figure) for r in recordings]))
+            for figure in _FIGURES
+        }
+        for name in names
+    }
+
+
+def as_json(recordings: Sequence[RecordingScore]) -> dict[str, object]:
+    """Return the scores in the form that `twbr evaluate --json` writes."""
+    return {
+        "recordings": [
+            {
+                **{key: value for key, value in asdict(entry).items() if key != "estimators"},
+                "estimators": {name: asdict(value) for name, value in entry.estimators.items()},
+            }
+            for entry in recordings
+        ],
+        "mean": mean_over(recordings),
+    }
