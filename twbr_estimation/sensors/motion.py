@@ -1,0 +1,54 @@
+"""What simulated sensors feel: motion as a function of time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ..samples import STANDARD_GRAVITY
+
+SWING_AMPLITUDE = math.radians(5.0)
+SWING_RATE = 2.0 * math.pi * 0.5
+"""Angular frequency of the swing [rad/s]."""
+
+
+class ImuMotion(NamedTuple):
+    """True angular rate and specific force at the sensor, in its axes."""
+
+    gyro_x: float
+    """[rad/s]"""
+    gyro_y: float
+    gyro_z: float
+    accel_x: float
+    """[m/s^2], +g on the axis that points up."""
+    accel_y: float
+    accel_z: float
+    temperature: float = 25.0
+    """[degC]"""
+
+
+Motion = Callable[[float], ImuMotion]
+"""motion(seconds): what the IMU feels."""
+
+Angle = Callable[[float], float]
+"""angle(seconds): what an encoder turns [rad]."""
+
+
+def swing_tilt(seconds: float) -> float:
+    """Return the tilt of a robot that swings gently about its axle [rad]."""
+    return SWING_AMPLITUDE * math.sin(SWING_RATE * seconds)
+
+
+def swing(seconds: float) -> ImuMotion:
+    """Return what an IMU on the axle of that robot feels."""
+    tilt = swing_tilt(seconds)
+    rate = SWING_AMPLITUDE * SWING_RATE * math.cos(SWING_RATE * seconds)
+    return ImuMotion(
+        0.0,
+        rate,
+        0.0,
+        -STANDARD_GRAVITY * math.sin(tilt),
+        0.0,
+        STANDARD_GRAVITY * math.cos(tilt),
+    )
