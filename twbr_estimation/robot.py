@@ -112,7 +112,11 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class CorrectionSettings:
-    """Which motion terms are removed, and how strongly their inputs are smoothed."""
+    """Which motion terms are removed, and how strongly their inputs are smoothed.
+
+    Raises:
+        ConfigurationError: a time constant at which its low-pass is unstable.
+    """
 
     rate_time_constant: float = 0.06874
     """T of the low-pass (16) before the angular acceleration [s]; above -dt/2."""
@@ -126,6 +130,16 @@ class CorrectionSettings:
     """Remove the acceleration of the wheels (18)-(21)."""
     dt: float = 0.0
     """Sampling period the time constants were tuned at [s]; 0 where unknown."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.dt) and self.dt >= 0.0):
+            raise ConfigurationError(f"correction.dt: {self.dt} s is not a period of 0 or more")
+        for name in ("rate_time_constant", "velocity_time_constant"):
+            value, limit = getattr(self, name), -0.5 * self.dt
+            if not math.isfinite(value) or (self.dt > 0.0 and value <= limit):
+                raise ConfigurationError(
+                    f"correction.{name}: {value} s is not above {limit} s (-dt/2, dt = {self.dt} s)"
+                )
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,7 +67,10 @@ def _print_filter(console: Console, entry: Filter) -> None:
 
 
 def _table(parameters: tuple[Parameter, ...]) -> Table:
-    table = Table("parameter", "default", "range", "unit", "meaning", box=None, padding=(0, 2))
+    table = Table(box=None, padding=(0, 2))
+    for heading in ("parameter", "default", "range", "unit"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("meaning")
     for parameter in parameters:
         bounds = parameter.bounds
         table.add_row(

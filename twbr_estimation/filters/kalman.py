@@ -24,7 +24,12 @@ from .kalman_recursion import (
 
 
 class Parameters(NamedTuple):
-    """Noise of the Kalman filter; the defaults are the paper's noise of an MPU6050."""
+    """Noise of the Kalman filter.
+
+    The defaults are the paper's noise of an MPU6050 but for q2, printed as 0: at that a bias
+    learned from a wrong start stays for minutes. The default makes the gain on the bias settle
+    near that of `alpha_beta_wb`.
+    """
 
     q1: Annotated[
         float,
@@ -36,7 +41,7 @@ class Parameters(NamedTuple):
             logarithmic=True,
         ),
     ] = 3.27768e-6
-    q2: BiasNoise = 0.0
+    q2: BiasNoise = 2.8e-13
     r: MeasurementVariance = 8.50492e-6
     first_tilt_gain: FirstTiltGain = 0.00185
     first_bias_gain: FirstBiasGain = -0.00018

@@ -24,7 +24,12 @@ from .kalman_recursion import (
 
 
 class Parameters(NamedTuple):
-    """Noise of the tuned Kalman filter; the defaults are those of Table 2 at 2 ms."""
+    """Noise of the tuned Kalman filter.
+
+    The defaults are those of Table 2 at 2 ms but for q2, printed as 0: at that a bias learned
+    from a wrong start stays for minutes. The default makes the gain on the bias settle near
+    that of `alpha_beta_wb`.
+    """
 
     q1: Annotated[
         float,
@@ -36,7 +41,7 @@ class Parameters(NamedTuple):
             logarithmic=True,
         ),
     ] = 3.04617e-9
-    q2: BiasNoise = 0.0
+    q2: BiasNoise = 2.3e-11
     r: MeasurementVariance = 7.02570e-4
     first_tilt_gain: FirstTiltGain = 0.00185
     first_bias_gain: FirstBiasGain = -0.00018

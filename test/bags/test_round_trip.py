@@ -1,0 +1,83 @@
+"""What is written is read back, by us and by rosbags; other writers' bags read the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from twbr_estimation.bags import read_recording, write_recording
+from twbr_estimation.errors import RecordingError
+from twbr_estimation.recording import Recording
+
+Make = Callable[..., Recording]
+Same = Callable[[Recording, Recording], None]
+DMP = {"dmp": "/imu/dmp"}
+
+
+@pytest.mark.parametrize("wheels", [1, 2])
+def test_what_is_written_is_read_back_without_repairs(
+    tmp_path: Path, wheels: int, small_recording: Make, assert_same: Same
+) -> None:
+    recording = small_recording(wheels=wheels)
+    write_recording(tmp_path / "bag", recording)
+    got = read_recording(tmp_path / "bag", estimators=DMP)
+    assert_same(got, recording)
+    assert got.repairs == {}
+    assert got.temperature is not None and recording.temperature is not None
+    np.testing.assert_array_equal(got.temperature.temperature, recording.temperature.temperature)
+
+
+def test_only_the_imu_is_needed(tmp_path: Path, small_recording: Make) -> None:
+    recording = replace(small_recording(), wheels=None, reference=None, truth=None)
+    write_recording(tmp_path / "bag", replace(recording, estimators={}))
+    got = read_recording(tmp_path / "bag")
+    assert (got.wheels, got.reference, got.truth) == (None, None, None)
+
+
+def test_a_single_file_reads_like_its_directory(
+    tmp_path: Path, small_recording: Make, assert_same: Same
+) -> None:
+    write_recording(tmp_path / "bag", small_recording())
+    (file,) = (tmp_path / "bag").glob("*.mcap")
+    assert_same(read_recording(file), read_recording(tmp_path / "bag"))
+
+
+def test_the_same_recording_gives_the_same_bytes(tmp_path: Path, small_recording: Make) -> None:
+    for name in ("one", "two"):
+        write_recording(tmp_path / name / "bag", small_recording())
+    one, two = (next((tmp_path / name).rglob("*.mcap")) for name in ("one", "two"))
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_rosbags_reads_the_same_numbers(tmp_path: Path, small_recording: Make) -> None:
+    recording = small_recording()
+    write_recording(tmp_path / "bag", recording)
+    with AnyReader([tmp_path / "bag"]) as reader:
+        imu = [c for c in reader.connections if c.topic == "/imu/data_raw"]
+        messages = [reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages(imu)]
+    gyro = [[m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z] for m in messages]
+    np.testing.assert_array_equal(gyro, recording.imu.gyro)
+    stamp = messages[3].header.stamp
+    assert stamp.sec * 10**9 + stamp.nanosec == recording.imu.stamps[3]
+
+
+def test_an_existing_recording_is_kept_unless_asked(
+    tmp_path: Path, small_recording: Make, assert_same: Same
+) -> None:
+    write_recording(tmp_path / "bag", small_recording(seed=1))
+    with pytest.raises(RecordingError, match="exists"):
+        write_recording(tmp_path / "bag", small_recording(seed=2))
+    write_recording(tmp_path / "bag", small_recording(seed=2), overwrite=True)
+    assert_same(read_recording(tmp_path / "bag", estimators=DMP), small_recording(seed=2))
+
+
+def test_what_is_no_recording_is_never_deleted(tmp_path: Path, small_recording: Make) -> None:
+    (tmp_path / "precious").mkdir()
+    with pytest.raises(RecordingError, match="not a recording"):
+        write_recording(tmp_path / "precious", small_recording(), overwrite=True)
+    assert (tmp_path / "precious").is_dir()

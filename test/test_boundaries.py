@@ -1,0 +1,111 @@
+"""The package's layers: imports point down only, and the heavy ones stay where they belong."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "twbr_estimation"
+
+LAYERS = (
+    {"errors", "samples"},
+    {"bounds"},
+    {"recording", "robot", "plant", "sensors"},
+    {"pairing", "correction", "filters"},
+    {"batch", "estimator", "settings"},
+    {"tuning", "evaluation", "calibration", "noise", "simulation", "control"},
+    {"bags", "messages", "parameter_file", "yaml_files", "presets", "report"},
+    {"cli", "nodes"},
+)
+"""Files and folders of the package from the bottom up; each may import its own layer and below."""
+
+ROS = {
+    "rclpy", "rcl_interfaces", "builtin_interfaces", "diagnostic_msgs", "geometry_msgs",
+    "lifecycle_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs",
+    "launch", "launch_ros", "ament_index_python", "rosidl_runtime_py",
+}  # fmt: skip
+HEAVY = {"numba", "scipy", "matplotlib", "pandas", "rosbags", "mcap"}
+
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+
+def unit(path: Path) -> str:
+    """Return the file or folder directly below the package that a module belongs to."""
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Yield the full name of every module a file imports, anywhere in it."""
+    package = ("twbr_estimation", *path.relative_to(PACKAGE).parent.parts)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else ()
+            parts = (*base, *((node.module,) if node.module else ()))
+            if parts == ("twbr_estimation",):
+                yield from (f"twbr_estimation.{alias.name}" for alias in node.names)
+            else:
+                yield ".".join(parts)
+
+
+def layer(name: str) -> int:
+    found = [index for index, names in enumerate(LAYERS) if name in names]
+    assert len(found) == 1, f"{name} must stand in exactly one of LAYERS"
+    return found[0]
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_point_down(path: Path) -> None:
+    if path == PACKAGE / "__init__.py":
+        assert list(imported(path)) == [], "importing the package must cost nothing"
+        return
+    for name in imported(path):
+        parts = name.split(".")
+        if parts[0] != "twbr_estimation" or parts[1] == "__version__":
+            continue
+        assert layer(parts[1]) <= layer(unit(path)), f"{path.name} imports {name}, a layer above"
+        if {unit(path), parts[1]} == {"cli", "nodes"}:
+            pytest.fail(f"{path.name} imports {name}: nodes and cli know nothing of each other")
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_ros_and_numba_stay_in_their_place(path: Path) -> None:
+    roots = {name.split(".")[0] for name in imported(path)}
+    if unit(path) != "nodes":
+        assert not roots & ROS, "ROS is for nodes/ and launch/ only"
+    if unit(path) != "batch":
+        assert "numba" not in roots, "only batch.py compiles"
+
+
+def loaded_by(*modules: str) -> set[str]:
+    """Return the top-level modules in memory after importing `modules` in a fresh process."""
+    program = f"import sys, {', '.join(modules)}; print(*{{m.split('.')[0] for m in sys.modules}})"
+    result = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True
+    )
+    return set(result.stdout.split())
+
+
+def test_the_live_path_loads_nothing_heavy() -> None:
+    live = ("correction", "estimator", "filters", "pairing", "robot", "samples", "settings")
+    assert not loaded_by(*(f"twbr_estimation.{name}" for name in live)) & (HEAVY | ROS)
+
+
+def test_nodes_load_nothing_heavy() -> None:
+    pytest.importorskip("rclpy", reason="nodes need ROS 2 Jazzy")
+    nodes = [f"twbr_estimation.nodes.{path.stem}" for path in (PACKAGE / "nodes").glob("[!_]*.py")]
+    # The replay node reads recordings, which is what those packages are for.
+    reading = {"twbr_estimation.nodes.replay_node"}
+    assert not loaded_by(*(set(nodes) - reading)) & HEAVY
+    if reading & set(nodes):
+        assert not loaded_by(*reading) & (HEAVY - {"rosbags", "mcap"})
+
+
+def test_listing_filters_compiles_nothing() -> None:
+    assert "numba" not in loaded_by("twbr_estimation.cli.main", "twbr_estimation.cli.filters")

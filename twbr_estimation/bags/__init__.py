@@ -1,0 +1,9 @@
+"""Recordings on disk (.mcap, .db3, ROS 1 .bag) to and from `Recording`."""
+
+from __future__ import annotations
+
+from .reading import read_recording
+from .topics import TopicNames
+from .writing import BagTopic, write_recording
+
+__all__ = ["BagTopic", "TopicNames", "read_recording", "write_recording"]

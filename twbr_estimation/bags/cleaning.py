@@ -1,0 +1,141 @@
+"""Repairs of one topic's messages, each counted; what comes out increases in time.
+
+Messages are first put into the order in which they were recorded. Then
+* stamps of zero are dropped, except a first one that the next follows within a second;
+* a lone stamp more than a second off both neighbours is dropped;
+* where stamps jump back by more than a second (a looped bag, a clock that was set) the
+  longest stretch between such jumps is kept: two passes cannot share one time line;
+* smaller backward steps are messages that came late: they are sorted in;
+* of equal stamps the first message is kept;
+* gaps are counted, not filled.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RecordingError
+from .cdr import Columns
+
+JUMP = 1_000_000_000
+"""Backward step that separates two passes [ns]."""
+GAP_PERIODS = 5.0
+"""Median sampling periods that make a gap."""
+
+Repairs = Counter[str]
+
+
+@dataclass(slots=True)
+class Cleaner:
+    """Cleans the messages of one topic and counts what it did."""
+
+    topic: str
+    repairs: Repairs
+
+    def clean(self, columns: Columns, required: slice) -> Columns:
+        """Return the repaired messages; the `required` columns are finite.
+
+        Raises:
+            RecordingError: every stamp is zero.
+        """
+        columns = _chosen(columns, np.argsort(columns.bag_times, kind="stable"))
+        finite = np.all(np.isfinite(columns.values[:, required]), axis=1)
+        columns = self.keep(columns, finite, "messages with NaN or infinity dropped")
+        columns = self._one_frame(columns)
+        columns = self._stamped(columns)
+        columns = self._one_pass(columns)
+        columns = self._sorted(columns)
+        self._count_gaps(columns)
+        return columns
+
+    def keep(self, columns: Columns, good: NDArray[np.bool_], why: str) -> Columns:
+        """Return the good messages and count the others under `why`."""
+        dropped = int(np.count_nonzero(~good))
+        if not dropped:
+            return columns
+        self.count(why, dropped)
+        return _chosen(columns, np.flatnonzero(good))
+
+    def count(self, what: str, number: int) -> None:
+        """Count a repair of this topic."""
+        if number:
+            self.repairs[f"{self.topic}: {what}"] += number
+
+    def _one_frame(self, columns: Columns) -> Columns:
+        frames = columns.frames
+        if not frames.size or bool(np.all(frames == frames[0])):
+            return columns
+        usual = Counter(frames.tolist()).most_common(1)[0][0]
+        return self.keep(
+            columns, frames == usual, f"messages of a frame other than {usual!r} dropped"
+        )
+
+    def _stamped(self, columns: Columns) -> Columns:
+        zero = columns.stamps == 0
+        if not zero.any():
+            return columns
+        if zero.size > 1 and zero.all():
+            raise RecordingError(
+                f"{self.topic}: the header stamps of all {zero.size} messages are 0; "
+                "the driver must stamp its messages"
+            )
+        if zero[0] and not zero[1:].any() and columns.stamps[1:2].sum() <= JUMP:
+            return columns
+        return self.keep(columns, ~zero, "messages with stamp 0 dropped")
+
+    def _one_pass(self, columns: Columns) -> Columns:
+        columns = self.keep(columns, ~_lone(columns.stamps), "messages with a stray stamp dropped")
+        cuts = np.flatnonzero(np.diff(columns.stamps) < -JUMP) + 1
+        if not cuts.size:
+            return columns
+        edges = np.concatenate([[0], cuts, [columns.stamps.size]])
+        longest = int(np.argmax(np.diff(edges)))
+        inside = np.zeros(columns.stamps.size, dtype=bool)
+        inside[edges[longest] : edges[longest + 1]] = True
+        self.count("backward jumps of the stamps by more than 1 s", int(cuts.size))
+        return self.keep(columns, inside, "messages outside the longest pass dropped")
+
+    def _sorted(self, columns: Columns) -> Columns:
+        if columns.stamps.size < 2:
+            return columns
+        late = int(np.count_nonzero(columns.stamps < np.maximum.accumulate(columns.stamps)))
+        if late:
+            self.count("late messages sorted in", late)
+            columns = _chosen(columns, np.argsort(columns.stamps, kind="stable"))
+        fresh = np.append(True, np.diff(columns.stamps) > 0)
+        return self.keep(columns, fresh, "messages with a repeated stamp dropped")
+
+    def _count_gaps(self, columns: Columns) -> None:
+        if columns.stamps.size < 3:
+            return
+        periods = np.diff(columns.stamps)
+        limit = GAP_PERIODS * float(np.median(periods))
+        self.count(
+            f"gaps longer than {limit * 1e-9:.3g} s left as they are",
+            int(np.count_nonzero(periods > limit)),
+        )
+
+
+def _lone(stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which stamps are far from both neighbours, which are near each other."""
+    lone = np.zeros(stamps.size, dtype=bool)
+    if stamps.size < 3:
+        return lone
+    steps = np.abs(np.diff(stamps))
+    across = np.abs(stamps[2:] - stamps[:-2])
+    lone[1:-1] = (steps[:-1] > JUMP) & (steps[1:] > JUMP) & (across <= JUMP)
+    return lone
+
+
+def _chosen(columns: Columns, indices: NDArray[np.int64]) -> Columns:
+    return replace(
+        columns,
+        stamps=columns.stamps[indices],
+        bag_times=columns.bag_times[indices],
+        values=columns.values[indices],
+        frames=columns.frames[indices],
+    )

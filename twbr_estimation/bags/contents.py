@@ -1,0 +1,90 @@
+"""Decode the wanted topics of all files of a bag."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import RecordingError
+from .batch import MessageBatch
+from .cdr import Columns, decode_float64, decode_imu, decode_temperature
+from .joint_states import decode_joint_state
+from .storage import bag_files, opened
+from .topics import FLOAT64, IMU, JOINT_STATE, TEMPERATURE
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One topic to decode, for one purpose."""
+
+    topic: str
+    types: tuple[str, ...]
+    """Message types it may have."""
+    joints: tuple[str, ...] = ()
+    """Joints wanted of a JointState."""
+
+
+@dataclass(slots=True)
+class Contents:
+    """What a bag holds of what was asked for."""
+
+    types: dict[str, str] = field(default_factory=dict)
+    """Message type by topic, of all topics."""
+    columns: dict[Request, Columns] = field(default_factory=dict)
+    """Decoded messages; a request whose topic has no message is absent."""
+    repairs: Counter[str] = field(default_factory=Counter)
+
+
+def read_contents(path: Path, requests: Collection[Request]) -> Contents:
+    """Decode what was asked for from every file of a bag.
+
+    Raises:
+        RecordingError: no bag, or a topic of another type than asked for.
+    """
+    contents = Contents()
+    parts: dict[Request, list[Columns]] = defaultdict(list)
+    wanted = frozenset(request.topic for request in requests)
+    for file in bag_files(path):
+        with opened(file) as storage:
+            for topic, batch in storage.batches(wanted):
+                for request in requests:
+                    if request.topic == topic:
+                        kind = storage.types[topic]
+                        parts[request].append(_decoded(path, request, kind, batch))
+            contents.types.update(storage.types)
+            for repair, number in storage.repairs.items():
+                contents.repairs[f"{file.name}: {repair}"] += number
+    contents.columns = {request: _concatenated(columns) for request, columns in parts.items()}
+    return contents
+
+
+def _decoded(path: Path, request: Request, kind: str, batch: MessageBatch) -> Columns:
+    if kind not in request.types:
+        raise RecordingError(
+            f"{path}: {request.topic} is a {kind}; needed is {' or '.join(request.types)}"
+        )
+    batch = batch.decompressed()
+    try:
+        if kind == JOINT_STATE:
+            return decode_joint_state(batch, request.joints)
+        return _DECODERS[kind](batch)
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {request.topic}: {error}") from error
+
+
+_DECODERS = {IMU: decode_imu, TEMPERATURE: decode_temperature, FLOAT64: decode_float64}
+
+
+def _concatenated(parts: list[Columns]) -> Columns:
+    return Columns(
+        np.concatenate([part.stamps for part in parts]),
+        np.concatenate([part.bag_times for part in parts]),
+        np.concatenate([part.values for part in parts]),
+        np.concatenate([part.frames for part in parts]),
+        sum(part.broken for part in parts),
+        set().union(*(part.names for part in parts)),
+    )

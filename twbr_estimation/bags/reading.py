@@ -1,0 +1,244 @@
+"""Read a recording: decode, clean, check and name what a bag holds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import RecordingError
+from ..messages import tilt_of_quaternion
+from ..recording import ImuTrack, Recording, TemperatureTrack, TiltTrack, WheelTrack
+from .cdr import (
+    ACCEL,
+    ACCEL_COVARIANCE,
+    GYRO,
+    GYRO_COVARIANCE,
+    ORIENTATION,
+    ORIENTATION_COVARIANCE,
+    UNREPORTED,
+    Columns,
+)
+from .cleaning import Cleaner
+from .contents import Contents, Request, read_contents
+from .topics import FLOAT64, IMU, JOINT_STATE, ROLES, TEMPERATURE, TopicNames, absolute
+
+SINGLE_WHEEL_JOINT = "wheel_joint"
+"""Joint of recordings with one wheel encoder, where the two wheels' joints are absent."""
+_TILT_TYPES = (JOINT_STATE, IMU, FLOAT64)
+
+
+def read_recording(
+    path: str | Path,
+    topics: TopicNames | None = None,
+    estimators: Mapping[str, str] | None = None,
+    required: Collection[str] = (),
+) -> Recording:
+    """Read a rosbag2 directory, an .mcap or .db3 file, or a ROS 1 bag.
+
+    Header stamps rule; the bag's own time serves only types without a header (Float64).
+    Repairs are described and counted in the result, see `cleaning`.
+
+    Args:
+        path: The recording.
+        topics: Topics and joints, where they differ from the defaults. An empty topic is
+            not read; a topic that was given and is absent is an error.
+        estimators: Topics of other estimators' tilt by name: Imu, Float64 [rad], or
+            JointState, then as TOPIC:JOINT.
+        required: Roles besides the IMU (fields of `TopicNames`) that must be there.
+
+    Raises:
+        RecordingError: no bag, a missing or empty topic, or tracks that do not overlap.
+    """
+    names = topics or TopicNames()
+    reader = _Reader(Path(path), names, dict(estimators or {}), {"imu", *required})
+    return reader.recording()
+
+
+class _Reader:
+    """One reading of one bag."""
+
+    def __init__(
+        self, path: Path, names: TopicNames, estimators: dict[str, str], required: set[str]
+    ) -> None:
+        self.path, self.names, self.required = path, names, required
+        self.requests = _role_requests(names)
+        self.estimators = {
+            name: _tilt_request(topic, names.reference_joint) for name, topic in estimators.items()
+        }
+        wanted = [*self.requests.values(), *self.estimators.values()]
+        self.contents: Contents = read_contents(path, list(dict.fromkeys(wanted)))
+        self.repairs = self.contents.repairs
+
+    def recording(self) -> Recording:
+        """Return the recording, its tracks checked against the IMU's time."""
+        imu = self._imu()
+        recording = Recording(
+            source=str(self.path),
+            imu=imu,
+            wheels=self._wheels(),
+            reference=self._tilt("reference"),
+            truth=self._tilt("truth"),
+            estimators={name: self._estimator(name) for name in self.estimators},
+            temperature=self._temperature(),
+            repairs=self.repairs,
+        )
+        self._check_overlap(recording)
+        return recording
+
+    def _imu(self) -> ImuTrack:
+        topic = self.names.imu
+        columns = self._columns("imu")
+        assert columns is not None
+        cleaner = Cleaner(topic, self.repairs)
+        for covariance, what in ((GYRO_COVARIANCE, "rate"), (ACCEL_COVARIANCE, "acceleration")):
+            reported = columns.values[:, covariance] != UNREPORTED
+            columns = cleaner.keep(columns, reported, f"messages that report no {what} dropped")
+        columns = self._clean(topic, columns, slice(GYRO.start, ACCEL.stop))
+        frame = str(columns.frames[0]) or "imu_link"
+        return ImuTrack(columns.stamps, columns.values[:, GYRO], columns.values[:, ACCEL], frame)
+
+    def _wheels(self) -> WheelTrack | None:
+        topic, joints = self.names.joint_states, self.names.wheel_joints
+        columns = self._columns("joint_states")
+        if columns is None:
+            return None
+        present = ~np.all(np.isnan(columns.values[:, : len(joints) + 1]), axis=0)
+        chosen = np.flatnonzero(present[:-1])
+        if not chosen.size:
+            chosen = np.flatnonzero(present)
+        elif chosen.size < len(joints):
+            missing = ", ".join(joints[i] for i in np.flatnonzero(~present[:-1]))
+            self.repairs[f"{topic}: messages without {missing}; the other wheel used alone"] += (
+                columns.stamps.size
+            )
+        columns.values = columns.values[:, chosen]
+        columns = self._clean(topic, columns, slice(None))
+        return WheelTrack(columns.stamps, columns.values)
+
+    def _tilt(self, role: str) -> TiltTrack | None:
+        columns = self._columns(role)
+        return None if columns is None else self._tilt_track(self.requests[role], columns)
+
+    def _estimator(self, name: str) -> TiltTrack:
+        request = self.estimators[name]
+        if request not in self.contents.columns:
+            raise self._missing(f"--estimator {name}=TOPIC", request.topic)
+        return self._tilt_track(request, self._with_joint(request, "--estimator NAME=TOPIC:JOINT"))
+
+    def _tilt_track(self, request: Request, columns: Columns) -> TiltTrack:
+        if self.contents.types[request.topic] != IMU:
+            columns = self._clean(request.topic, columns, slice(0, 1))
+            rate = columns.values[:, 1] if columns.values.shape[1] > 1 else None
+            if rate is not None and not np.all(np.isfinite(rate)):
+                rate = None
+            return TiltTrack(columns.stamps, columns.values[:, 0], rate)
+        columns = self._clean(request.topic, self._oriented(request.topic, columns), ORIENTATION)
+        x, y, z, w = columns.values[:, ORIENTATION].T
+        rates = columns.values[:, GYRO]
+        known = np.all(columns.values[:, GYRO_COVARIANCE] != UNREPORTED)
+        rate = rates[:, 1] if known and np.all(np.isfinite(rates)) else None
+        return TiltTrack(columns.stamps, tilt_of_quaternion(x, y, z, w), rate)
+
+    def _oriented(self, topic: str, columns: Columns) -> Columns:
+        """Drop messages that declare no orientation (REP-145) or hold a zero quaternion."""
+        cleaner = Cleaner(topic, self.repairs)
+        reported = columns.values[:, ORIENTATION_COVARIANCE] != UNREPORTED
+        columns = cleaner.keep(columns, reported, "messages that report no orientation dropped")
+        real = ~np.all(columns.values[:, ORIENTATION] == 0.0, axis=1)
+        return cleaner.keep(columns, real, "messages with a zero quaternion dropped")
+
+    def _temperature(self) -> TemperatureTrack | None:
+        columns = self._columns("temperature")
+        if columns is None:
+            return None
+        columns = self._clean(self.names.temperature, columns, slice(None))
+        return TemperatureTrack(columns.stamps, columns.values[:, 0])
+
+    def _columns(self, role: str) -> Columns | None:
+        """Return a role's messages; None where it may be absent and is."""
+        request = self.requests.get(role)
+        if request is None or request not in self.contents.columns:
+            topic = getattr(self.names, role)
+            if role in self.required or not (topic == "" or self.names.is_default(role)):
+                raise self._missing(ROLES[role], topic)
+            return None
+        flag = "--wheel-joints" if role == "joint_states" else "--reference-joint"
+        return self._with_joint(request, flag)
+
+    def _with_joint(self, request: Request, flag: str) -> Columns:
+        columns = self.contents.columns[request]
+        if request.joints and columns.names and not columns.stamps.size:
+            raise RecordingError(
+                f"{self.path}: {request.topic} has no joint {' or '.join(request.joints)}; it has "
+                f"{', '.join(sorted(columns.names))} (name the right one with {flag})"
+            )
+        return columns
+
+    def _missing(self, flag: str, topic: str) -> RecordingError:
+        types = self.contents.types
+        if topic in types:
+            return RecordingError(f"{self.path}: {topic} holds no messages")
+        there = "".join(f"\n  {name} [{kind}]" for name, kind in sorted(types.items()))
+        return RecordingError(
+            f"{self.path}: there is no topic {topic!r} (name the right one with {flag}); "
+            + (f"there are:{there}" if there else "there are no topics at all")
+        )
+
+    def _clean(self, topic: str, columns: Columns, required: slice) -> Columns:
+        cleaner = Cleaner(topic, self.repairs)
+        cleaner.count("messages too short for their type dropped", columns.broken)
+        total = columns.stamps.size
+        try:
+            columns = cleaner.clean(columns, required)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from error
+        if not columns.stamps.size:
+            reasons = "; ".join(f"{what}: {n}" for what, n in self.repairs.items())
+            raise RecordingError(f"{self.path}: none of {total} messages is usable ({reasons})")
+        return columns
+
+    def _check_overlap(self, recording: Recording) -> None:
+        """Require a common stretch of time, and count IMU samples outside the reference."""
+        stamps = recording.imu.stamps
+        tracks = {
+            self.names.joint_states: recording.wheels,
+            self.names.reference: recording.reference,
+            self.names.truth: recording.truth,
+            **{self.estimators[name].topic: track for name, track in recording.estimators.items()},
+        }
+        for topic, track in tracks.items():
+            if track is None:
+                continue
+            first, last = track.stamps[0], track.stamps[-1]
+            if last < stamps[0] or first > stamps[-1]:
+                raise RecordingError(
+                    f"{self.path}: {topic} ({first} to {last} ns) and {self.names.imu} "
+                    f"({stamps[0]} to {stamps[-1]} ns) do not overlap in time"
+                )
+        if recording.reference is not None:
+            first, last = recording.reference.stamps[[0, -1]]
+            outside = int(np.count_nonzero((stamps < first) | (stamps > last)))
+            where = f"{self.names.imu}: samples outside the time of {self.names.reference}"
+            # One sample at either end is how two interleaved streams begin and end.
+            if outside > 2:
+                self.repairs[where] += outside
+
+
+def _role_requests(names: TopicNames) -> dict[str, Request]:
+    wheels = (*names.wheel_joints, SINGLE_WHEEL_JOINT)
+    tilt = (names.reference_joint,)
+    requests = {
+        "imu": Request(names.imu, (IMU,)),
+        "joint_states": Request(names.joint_states, (JOINT_STATE,), wheels),
+        "reference": Request(names.reference, _TILT_TYPES, tilt),
+        "truth": Request(names.truth, _TILT_TYPES, tilt),
+        "temperature": Request(names.temperature, (TEMPERATURE,)),
+    }
+    return {role: request for role, request in requests.items() if request.topic}
+
+
+def _tilt_request(topic: str, joint: str) -> Request:
+    name, _, own_joint = topic.partition(":")
+    return Request(absolute(name), _TILT_TYPES, (own_joint or joint,))

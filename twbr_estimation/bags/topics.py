@@ -1,0 +1,55 @@
+"""Which topics and joints of a bag hold what."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+IMU = "sensor_msgs/msg/Imu"
+JOINT_STATE = "sensor_msgs/msg/JointState"
+TEMPERATURE = "sensor_msgs/msg/Temperature"
+FLOAT64 = "std_msgs/msg/Float64"
+
+
+@dataclass(frozen=True, slots=True)
+class TopicNames:
+    """Topics and joints of a recording; names without a leading slash get one."""
+
+    imu: str = "/imu/data_raw"
+    """`sensor_msgs/Imu` as the device reports it; required."""
+    joint_states: str = "/joint_states"
+    """`sensor_msgs/JointState` with the wheel joints."""
+    wheel_joints: tuple[str, ...] = ("left_wheel_joint", "right_wheel_joint")
+    """One wheel joint, or two as left, right."""
+    reference: str = "/reference/joint_states"
+    """Reference tilt: JointState, Imu (its orientation) or Float64 [rad]."""
+    reference_joint: str = "tilt"
+    """Joint of `reference` and `truth` where they are JointStates."""
+    truth: str = "/truth/joint_states"
+    """True tilt of a simulation."""
+    temperature: str = "/imu/temperature"
+    """`sensor_msgs/Temperature` of the IMU."""
+
+    def __post_init__(self) -> None:
+        for role in ROLES:
+            object.__setattr__(self, role, absolute(getattr(self, role)))
+
+    def is_default(self, role: str) -> bool:
+        """Return whether the topic of `role` is the one a recording of ours has."""
+        return bool(getattr(self, role) == _DEFAULTS[role])
+
+
+ROLES: dict[str, str] = {
+    "imu": "--imu-topic",
+    "joint_states": "--joint-states-topic",
+    "reference": "--reference-topic",
+    "truth": "--truth-topic",
+    "temperature": "--temperature-topic",
+}
+"""Topic fields of `TopicNames` with the command line flag that sets each."""
+
+_DEFAULTS = {field.name: field.default for field in fields(TopicNames)}
+
+
+def absolute(name: str) -> str:
+    """Return a topic name with its leading slash."""
+    return name if not name or name.startswith("/") else f"/{name}"

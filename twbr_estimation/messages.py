@@ -1,0 +1,72 @@
+"""ROS-shaped messages to and from plain numbers, by attribute; imports no ROS.
+
+Anything with the fields of `sensor_msgs/Imu` or `sensor_msgs/JointState` will do: rclpy's
+messages, those of rosbags, or a test's own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .samples import Sample
+
+
+def stamp_of(message: Any) -> int:
+    """Return the header's stamp [ns]."""
+    stamp = message.header.stamp
+    seconds: int = stamp.sec
+    nanoseconds: int = stamp.nanosec
+    return seconds * 1_000_000_000 + nanoseconds
+
+
+def set_stamp(message: Any, nanoseconds: int) -> None:
+    """Write a stamp [ns] into the header."""
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+
+
+def sample_of(imu: Any, dt: float = 0.0) -> Sample:
+    """Return the readings of an Imu message as a sample without wheels."""
+    gyro, accel = imu.angular_velocity, imu.linear_acceleration
+    return Sample(dt, gyro.x, gyro.y, gyro.z, accel.x, accel.y, accel.z)
+
+
+def set_readings(imu: Any, sample: Sample) -> None:
+    """Write a sample's gyro and accelerometer readings into an Imu message."""
+    gyro, accel = imu.angular_velocity, imu.linear_acceleration
+    gyro.x, gyro.y, gyro.z = sample.gyro_x, sample.gyro_y, sample.gyro_z
+    accel.x, accel.y, accel.z = sample.accel_x, sample.accel_y, sample.accel_z
+
+
+def joint_position(state: Any, joint: str) -> float | None:
+    """Return the position of a joint of a JointState [rad]; None where it has none."""
+    try:
+        return float(state.position[list(state.name).index(joint)])
+    except (ValueError, IndexError):
+        return None
+
+
+def tilt_of(orientation: Any) -> float:
+    """Return the tilt [rad] of a quaternion message; see `tilt_of_quaternion`."""
+    return float(tilt_of_quaternion(orientation.x, orientation.y, orientation.z, orientation.w))
+
+
+def tilt_of_quaternion(x: Any, y: Any, z: Any, w: Any) -> Any:
+    """Return the tilt [rad] of quaternions from body to world, numbers or arrays.
+
+    With u the world's up direction in body axes it is atan2(-u_x, u_z): the angle about the
+    body's y axis, the wheel axle, that an encoder on the axle sees and that the
+    accelerometer of a robot at rest shows, Laddach 2022 (13). It is the pitch of REP-103
+    where the robot does not roll, positive leaning forward, and counts to +-pi. The length
+    of the quaternion does not matter.
+    """
+    up_x = 2.0 * (x * z - w * y)
+    up_z = w * w - x * x - y * y + z * z
+    return np.arctan2(-up_x, up_z)
+
+
+def set_tilt(orientation: Any, tilt: float) -> None:
+    """Write a tilt [rad], without roll and yaw, into a quaternion message."""
+    orientation.x = orientation.z = 0.0
+    orientation.y, orientation.w = float(np.sin(tilt / 2.0)), float(np.cos(tilt / 2.0))
