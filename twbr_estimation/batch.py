@@ -1,30 +1,28 @@
 """Whole recordings at once: the live step functions, compiled.
 
-The only module that imports numba. It compiles the same functions a node interprets, so
-there is one copy of every algorithm. Compiled code is cached on disk; a change of any
-source file of the package makes a new entry.
+The functions a node interprets are the ones compiled here, so there is one copy of every
+algorithm.
 """
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
-from types import FunctionType
 from typing import Any
 
-import numba
 import numpy as np
-from numba.extending import register_jitable
 
 from . import correction
+from .compilation import compiled, source_version
 from .filters.base import Filter, filter_named
 from .pairing import SampleTrack, pair
 from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
 from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
+
+SOURCES = ("samples.py", "correction.py", "filters/*.py")
+"""What the compiled loops are made of, beside this file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +159,7 @@ def _store(state: Any, estimates: FloatArray) -> None:
 @cache
 def _correction_kernel() -> Any:
     start, step = correction.start, correction.step
-    version = _source_version()
+    version = source_version(SOURCES)
 
     def run(samples: Any, coefficients: Any, state: Any, corrected: Any) -> None:
         version  # noqa: B018  part of the cache key
@@ -185,7 +183,7 @@ def _correction_kernel() -> Any:
             for field in range(len(result)):
                 corrected[field, i] = result[field]
 
-    return _compiled(run, start, step)
+    return compiled(run, start, step)
 
 
 @cache
@@ -197,7 +195,7 @@ def filter_kernel(entry: Filter) -> Any:
     """
     step, reset = entry.step, entry.reset
     with_bias, with_variance = entry.estimates_gyro_bias, entry.estimates_variance
-    version = _source_version()
+    version = source_version(SOURCES)
 
     def run(columns: Any, first: int, coefficients: Any, state: Any, estimates: Any) -> Any:
         version  # noqa: B018  part of the cache key
@@ -236,42 +234,4 @@ def filter_kernel(entry: Filter) -> Any:
                 estimates[3, i] = state.tilt_variance
         return state
 
-    return _compiled(run, step, reset)
-
-
-def _compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
-    seen: set[FunctionType] = set()
-    for function in called:
-        _let_compile(function, seen)
-    return numba.njit(cache=True, error_model="numpy")(run)
-
-
-_JITABLE: set[FunctionType] = set()
-
-
-def _let_compile(function: Any, seen: set[FunctionType]) -> None:
-    """Allow compiled code to call `function` and the plain functions it calls in turn."""
-    if function in seen or function in _JITABLE:
-        return
-    seen.add(function)
-    _JITABLE.add(function)
-    for name in function.__code__.co_names:
-        called = function.__globals__.get(name)
-        if isinstance(called, FunctionType):
-            _let_compile(called, seen)
-    register_jitable(error_model="numpy")(function)
-
-
-@cache
-def _source_version() -> str:
-    """Return a digest of the sources a compiled loop is made of.
-
-    The disk cache sees only this file change; the digest in the closure makes it see the
-    filters and the correction, too.
-    """
-    package = Path(__file__).parent
-    sources = [package / "samples.py", package / "correction.py", *package.glob("filters/*.py")]
-    digest = hashlib.sha256()
-    for path in sorted(sources):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return compiled(run, step, reset)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import compiled, source_version
+from ..compilation import compiled, source_version
 from ..plant import PlantParameters
 from ..recording import FloatArray
 from ..samples import STANDARD_GRAVITY

@@ -1,0 +1,61 @@
+"""Compilation of loops around step functions; the only module that imports numba.
+
+Compiled code is cached on disk. A change of any source file that a loop is made of makes a
+new entry.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numba
+from numba.extending import register_jitable
+
+
+def compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
+    """Compile the loop `run`.
+
+    Args:
+        run: a closure over the plain functions it calls and over `source_version(...)`.
+        called: those functions; what they call in turn is found by itself.
+
+    Returns:
+        The compiled loop, which takes the same arguments.
+    """
+    for function in called:
+        _let_compile(function)
+    return numba.njit(cache=True, error_model="numpy")(run)
+
+
+_COMPILABLE: set[FunctionType] = set()
+
+
+def _let_compile(function: Any) -> None:
+    """Allow compiled code to call `function` and the plain functions it calls in turn."""
+    if function in _COMPILABLE:
+        return
+    _COMPILABLE.add(function)
+    for name in function.__code__.co_names:
+        called = function.__globals__.get(name)
+        if isinstance(called, FunctionType):
+            _let_compile(called)
+    register_jitable(error_model="numpy")(function)
+
+
+@cache
+def source_version(patterns: tuple[str, ...]) -> str:
+    """Return a digest of the package's sources that match the patterns.
+
+    The disk cache sees only changes of the loop's own file; with this digest in its closure
+    it sees changes of the step functions, too.
+    """
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(path for pattern in patterns for path in package.glob(pattern)):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
