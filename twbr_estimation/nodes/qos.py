@@ -1,0 +1,30 @@
+"""Quality of service of every topic, in one place.
+
+Publishers are reliable and data subscriptions best effort: the only mix that can talk to
+every peer. Both can be changed for each topic by the standard parameters
+`qos_overrides.TOPIC.publisher|subscription.history|depth|reliability`.
+"""
+
+from __future__ import annotations
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+DEPTH = 100
+"""Messages a queue holds: 0.1 s at 1 kHz, so that a scheduling hiccup loses nothing."""
+
+PUBLISHED = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
+"""Data we publish."""
+SUBSCRIBED = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Data we listen to."""
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""States that a late subscriber must see, such as `tilt/valid`."""
+
+
+def overridable() -> QoSOverridingOptions:
+    """Return the option that lets parameters change a topic's quality of service."""
+    return QoSOverridingOptions.with_default_policies()
