@@ -2,7 +2,7 @@
 
 A verb is a module with `add_parser(subparsers)`, which sets `run` as the parser's default,
 and `run(arguments)`, which returns the exit status. A trailing underscore in the file's name
-(`import_.py`) is dropped.
+(`import_.py`) is dropped. Two modules here are no verbs: this one and `arguments`.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ INTERRUPTED = 130
 """Exit status after Ctrl-C: 128 + SIGINT."""
 BROKEN_PIPE = 141
 """Exit status when the reader of our output went away: 128 + SIGPIPE."""
+_NO_VERBS = ("arguments", "main")
 
 
 def verbs() -> dict[str, str]:
     """Return the module of every verb by the verb's name."""
     modules = (entry.name for entry in iter_modules([str(Path(__file__).parent)]))
-    return {name.rstrip("_"): f"{__package__}.{name}" for name in modules if name != "main"}
+    return {name.rstrip("_"): f"{__package__}.{name}" for name in modules if name not in _NO_VERBS}
 
 
 def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:

@@ -1,0 +1,135 @@
+"""`twbr evaluate` as a user meets it: table, JSON, presets, configuration, errors."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from twbr_estimation.bags import write_recording
+from twbr_estimation.cli.main import main
+from twbr_estimation.filters import filters
+from twbr_estimation.recording import TiltTrack
+from twbr_estimation.robot import Calibration, Robot
+from twbr_estimation.simulation import simulate
+from twbr_estimation.yaml_files import write_section
+
+
+@pytest.fixture(scope="module")
+def bags(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Two short recordings of the paper's robot; the first describes its robot."""
+    folder = tmp_path_factory.mktemp("bags")
+    paths = folder / "first", folder / "second"
+    for seed, path in enumerate(paths, start=31):
+        simulated = simulate("paper", 0.002, 8.0, seed)
+        dmp = TiltTrack(simulated.recording.imu.stamps, np.full(4000, 0.05))
+        write_recording(path, replace(simulated.recording, estimators={"dmp": dmp}))
+    (paths[0] / "config").mkdir()
+    write_section(paths[0] / "config" / "robot.yaml", simulated.setup.robot)
+    write_section(paths[0] / "config" / "calibration.yaml", simulated.setup.calibration)
+    return paths
+
+
+def evaluated(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict:
+    """Run `twbr evaluate ... --json -` and return its JSON."""
+    assert main(["evaluate", *map(str, arguments), "--json", "-"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_all_filters_in_table_and_json(bags, capsys, tmp_path):
+    target = tmp_path / "figures.json"
+    assert main(["evaluate", *map(str, bags), "--json", str(target)]) == 0
+    printed = capsys.readouterr().out
+    document = json.loads(target.read_text())
+    assert set(document) == {"recordings", "mean"}
+    assert [entry["source"] for entry in document["recordings"]] == [str(bag) for bag in bags]
+    for entry in document["recordings"]:
+        assert entry["dt"] == pytest.approx(0.002)
+        assert entry["samples"] == 4000
+        assert set(entry["estimators"]) == set(filters())
+    for name in filters():
+        assert name in printed
+        both = [entry["estimators"][name]["mse_deg2"] for entry in document["recordings"]]
+        assert document["mean"][name]["mse_deg2"] == pytest.approx(np.mean(both))
+    assert "[deg²]" in printed
+    assert "mean over 2 recordings" in printed
+
+
+def test_recording_s_own_configuration_is_used_unless_another_is_given(bags, capsys, tmp_path):
+    own = evaluated(capsys, bags[0], "--filter", "gyro")["mean"]["gyro"]["mse_deg2"]
+    none = evaluated(capsys, bags[1], "--filter", "gyro")["mean"]["gyro"]["mse_deg2"]
+    write_section(tmp_path / "robot.yaml", Robot())
+    write_section(tmp_path / "calibration.yaml", Calibration())
+    given = evaluated(capsys, bags[0], "--filter", "gyro", "--config", tmp_path)
+    assert own < 5.0 < none
+    assert given["mean"]["gyro"]["mse_deg2"] > 5.0
+
+
+def test_preset_and_single_values_change_the_result(bags, capsys):
+    def mse(*arguments: str) -> float:
+        chosen = evaluated(capsys, bags[0], "--filter", "complementary", *arguments)
+        return chosen["mean"]["complementary"]["mse_deg2"]
+
+    preset = mse("--preset", "table2")
+    assert preset != mse("--set", "complementary.time_constant=0.05")
+    assert preset == mse("--preset", "table2", "--set", "complementary.time_constant=1.06895")
+
+
+def test_terms_of_the_correction_can_be_switched_off(bags, capsys):
+    def mse(*arguments: str) -> float:
+        chosen = evaluated(capsys, bags[0], "--filter", "accelerometer", *arguments)
+        return chosen["mean"]["accelerometer"]["mse_deg2"]
+
+    assert mse() == mse("--terms", "euler,centrifugal,wheel")
+    assert mse() != mse("--terms", "none")
+    assert mse("--terms", "wheel") not in (mse(), mse("--terms", "none"))
+
+
+def test_another_estimator_in_the_recording_joins(bags, capsys):
+    document = evaluated(
+        capsys, bags[0], "--filter", "complementary", "--estimator", "chip=/imu/dmp"
+    )
+    assert set(document["mean"]) == {"complementary", "chip"}
+    assert document["mean"]["chip"]["max_abs_deg"] > 1.0
+
+
+def test_reference_options_and_skip(bags, capsys):
+    def figures(*arguments: str) -> dict:
+        chosen = evaluated(capsys, bags[0], "--filter", "complementary", *arguments)
+        return chosen["recordings"][0]["estimators"]["complementary"]
+
+    plain = figures()
+    assert figures("--reference-offset", "1.5")["bias_deg"] == pytest.approx(
+        plain["bias_deg"] - 1.5, abs=1e-6
+    )
+    delayed = figures("--reference-delay", "0.05")
+    assert delayed["delay_s"] == pytest.approx(plain["delay_s"] - 0.05, abs=0.01)
+    assert figures("--skip", "3")["samples"] == plain["samples"] - 1500
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--filter", "unheard_of"], "there is no filter 'unheard_of'; there are: accelerometer"),
+        (["--preset", "unheard_of"], "there is no preset 'unheard_of'"),
+        (["--set", "complementary.time_constant=-3"], "-3.0 is outside [0.001, 1000] s"),
+        (["--set", "complementary"], "expected FILTER.PARAMETER=VALUE"),
+        (["--terms", "gravity"], "there are euler, centrifugal, wheel, none"),
+        (["--config", "/nowhere/at/all"], "/nowhere/at/all: there is no such"),
+        (["--reference-topic", "/nothing"], "/nothing"),
+        (["--skip", "1000"], "do not overlap"),
+        (["--estimator", "chip=/nothing"], "/nothing"),
+        (["--json", "/nowhere/at/all.json"], "/nowhere/at/all.json"),
+    ],
+)
+def test_errors_say_what_was_wrong(bags, capsys, arguments, message):
+    assert main(["evaluate", str(bags[0]), *arguments]) == 1
+    assert message in " ".join(capsys.readouterr().err.split())
+
+
+def test_warns_of_another_sampling_period_and_of_eigenvalues(bags, capsys):
+    assert main(["evaluate", str(bags[0]), "--filter", "alpha_beta_theta_wa_a"]) == 0
+    assert "eigenvalue of A - KCA" in capsys.readouterr().out

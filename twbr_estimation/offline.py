@@ -1,0 +1,155 @@
+"""From a recording on disk to the errors of every estimator, without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from . import batch
+from .bags import TopicNames, read_recording
+from .correction import SATURATION_MARGIN
+from .errors import ConfigurationError
+from .evaluation import Options, RecordingScore, score_recording
+from .filters import filter_named, filters
+from .presets import preset
+from .recording import Recording, TiltTrack
+from .robot import CorrectionSettings, Setup
+from .settings import Settings
+from .yaml_files import read_settings, read_setup
+
+CONFIG_FOLDER = "config"
+"""Folder inside a recording that describes its robot."""
+TERMS = ("euler", "centrifugal", "wheel")
+"""Motion terms of the correction that can be switched off."""
+NOTEWORTHY_SATURATION = 0.001
+"""A larger share of saturated samples is worth a warning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What to run on a recording, and how to compare it."""
+
+    names: tuple[str, ...] = ()
+    """Filters to run; all where empty."""
+    preset: str | None = None
+    config: Path | None = None
+    """Folder with robot.yaml, calibration.yaml, filters.yaml; by default the recording's own."""
+    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Single parameter values by filter; they rule over preset and configuration."""
+    terms: tuple[str, ...] | None = None
+    """Motion terms to remove; None leaves the configuration's choice."""
+    topics: TopicNames = field(default_factory=TopicNames)
+    estimators: Mapping[str, str] = field(default_factory=dict)
+    """Topics of further estimators in the recording, by name."""
+    options: Options = field(default_factory=Options)
+
+    def chosen(self) -> tuple[str, ...]:
+        """Return the filters to run.
+
+        Raises:
+            ConfigurationError: there is no such filter.
+        """
+        if not self.names or "all" in self.names:
+            return tuple(filters())
+        return tuple(filter_named(name).name for name in dict.fromkeys(self.names))
+
+
+def configuration(
+    path: Path, dt: float, config: Path | None = None, preset_name: str | None = None
+) -> tuple[Setup, Settings]:
+    """Return robot, calibration, correction and filter settings for a recording.
+
+    Args:
+        path: the recording; its own `config` folder is used where `config` is None.
+        dt: its sampling period [s], by which a preset chooses its row.
+        config: folder with configuration files.
+        preset_name: rules over the filter and correction settings of the files.
+
+    Raises:
+        ConfigurationError: unreadable or wrong files, or an unknown preset.
+    """
+    folder = config or path / CONFIG_FOLDER
+    if config is not None and not config.is_dir():
+        raise ConfigurationError(f"{config}: there is no such configuration folder")
+    if not folder.is_dir():
+        setup, settings = Setup(), Settings()
+    else:
+        setup, settings = read_setup(folder), read_settings(folder)
+    if preset_name is None:
+        return setup, settings
+    correction, settings = preset(preset_name, dt)
+    if correction is None:
+        return setup, settings
+    kept = {name: getattr(setup.correction, name) for name in TERMS}
+    return replace(setup, correction=replace(correction, **kept)), settings
+
+
+def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:
+    """Return `setup` with exactly these motion terms switched on."""
+    switches = {name: name in terms for name in TERMS}
+    return replace(setup, correction=replace(setup.correction, **switches))
+
+
+def evaluate(path: Path, request: Request) -> RecordingScore:
+    """Run the requested filters on a recording and score them against its reference.
+
+    Raises:
+        TwbrError: the recording or the configuration cannot be used.
+    """
+    recording = read_recording(path, request.topics, request.estimators)
+    setup, settings = configuration(path, recording.dt, request.config, request.preset)
+    if request.terms is not None:
+        setup = with_terms(setup, request.terms)
+    chosen = request.chosen()
+    values = {
+        name: {**settings.values.get(name, {}), **request.values.get(name, {})} for name in chosen
+    }
+    runs = batch.estimate_recording(recording, setup, values)
+    tracks = {name: TiltTrack(run.stamps, run.tilt) for name, run in runs.items()}
+    tracks.update(recording.estimators)
+    warnings = [*warnings_for(recording, setup, settings, values)]
+    return score_recording(recording, tracks, request.options, warnings)
+
+
+def warnings_for(
+    recording: Recording,
+    setup: Setup,
+    settings: Settings,
+    values: Mapping[str, Mapping[str, float]],
+) -> tuple[str, ...]:
+    """Return what a user should know before trusting figures made with these settings."""
+    dt = recording.dt
+    entries = [filter_named(name) for name in values]
+    found = list(settings.warnings(dt, entries))
+    found += _correction_warnings(setup.correction, dt)
+    for entry in entries:
+        found += entry.warnings(entry.configure(values[entry.name]), dt)
+    found += _saturation_warnings(recording, setup)
+    return tuple(found)
+
+
+def _correction_warnings(correction: CorrectionSettings, dt: float) -> list[str]:
+    found = []
+    for name in ("rate_time_constant", "velocity_time_constant"):
+        value = getattr(correction, name)
+        if value <= -0.5 * dt:
+            found.append(
+                f"correction.{name}: {value:g} s is unstable; above {-0.5 * dt:g} s is not"
+            )
+    return found
+
+
+def _saturation_warnings(recording: Recording, setup: Setup) -> list[str]:
+    found = []
+    robot, imu = setup.robot, recording.imu
+    for name, values, limit in (
+        ("gyro", imu.gyro, robot.gyro_range),
+        ("accelerometer", imu.accel, robot.accel_range),
+    ):
+        share = float(np.mean(np.any(np.abs(values) >= SATURATION_MARGIN * limit, axis=1)))
+        if share > NOTEWORTHY_SATURATION:
+            found.append(f"{name}: {100 * share:.2f} % of the samples are saturated")
+    return found
