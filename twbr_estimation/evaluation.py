@@ -119,10 +119,54 @@ class Association:
         return tilt, known
 
 
-def score(
+class ErrorSums:
+    """Errors of one estimator, summed as they come; the figures of a `Score` at any time."""
+
+    def __init__(self) -> None:
+        """Start without an error."""
+        self.samples = 0
+        """Samples compared."""
+        self.left_out = 0
+        """Samples without a reference."""
+        self._sum = self._square_sum = self._largest = 0.0
+
+    def add(self, errors: FloatArray, left_out: int) -> None:
+        """Add errors [rad], (n,), and the number of samples without a reference."""
+        self.samples += errors.size
+        self.left_out += left_out
+        if errors.size > 0:
+            degrees = np.degrees(errors)
+            self._sum += float(degrees.sum())
+            self._square_sum += float(degrees @ degrees)
+            self._largest = max(self._largest, float(np.abs(degrees).max()))
+
+    def score(self, delay: float) -> Score:
+        """Return the figures so far; `delay` is how much the estimate lags [s].
+
+        Raises:
+            RecordingError: there is no error yet.
+        """
+        if self.samples == 0:
+            raise RecordingError(
+                f"estimate and reference do not overlap: of {self.left_out} samples none has a "
+                "reference; check the reference's stamps, its delay and the skipped time"
+            )
+        mse = self._square_sum / self.samples
+        return Score(
+            mse_deg2=mse,
+            rmse_deg=math.sqrt(mse),
+            bias_deg=self._sum / self.samples,
+            max_abs_deg=self._largest,
+            delay_s=delay,
+            samples=self.samples,
+            left_out=self.left_out,
+        )
+
+
+def errors_of(
     stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
-) -> Score:
-    """Compare an estimate with the reference.
+) -> tuple[FloatArray, NDArray[np.bool_], int]:
+    """Return an estimate's errors where there is a reference.
 
     Args:
         stamps: the estimate's stamps [ns], (n,).
@@ -130,36 +174,44 @@ def score(
         association: the reference.
         first_stamp: estimates before it [ns] are not scored.
 
-    Raises:
-        RecordingError: estimate and reference have no sample in common.
+    Returns:
+        k errors [rad] within +-pi; which of the n samples they belong to; how many others
+        lack a reference.
     """
     reference, covered = association.at(stamps)
     scored = stamps >= first_stamp
     known = covered & scored
-    if not known.any():
-        raise RecordingError(
-            f"estimate and reference do not overlap: of {scored.sum()} samples none has a "
-            "reference; check the reference's stamps, its delay and the skipped time"
-        )
-    error = np.degrees(_wrapped(tilt[known] - reference[known]))
-    mse = float(np.mean(error**2))
-    return Score(
-        mse_deg2=mse,
-        rmse_deg=math.sqrt(mse),
-        bias_deg=float(np.mean(error)),
-        max_abs_deg=float(np.max(np.abs(error))),
-        delay_s=_delay(stamps[known], tilt[known], association),
-        samples=int(known.sum()),
-        left_out=int((scored & ~covered).sum()),
-    )
+    return _wrapped(tilt[known] - reference[known]), known, int((scored & ~covered).sum())
+
+
+def score(
+    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+) -> Score:
+    """Compare an estimate with the reference; the arguments are those of `errors_of`.
+
+    Raises:
+        RecordingError: estimate and reference have no sample in common.
+    """
+    errors, known, left_out = errors_of(stamps, tilt, association, first_stamp)
+    sums = ErrorSums()
+    sums.add(errors, left_out)
+    return sums.score(delay_of(stamps[known], tilt[known], association) if errors.size else 0.0)
 
 
 def _wrapped(angle: FloatArray) -> FloatArray:
     return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi, dtype=np.float64)
 
 
-def _delay(stamps: StampArray, tilt: FloatArray, association: Association) -> float:
-    """Find the lag that fits best, by Gauss-Newton on the linearised reference."""
+def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> float:
+    """Return how much an estimate lags behind the reference [s]; 0 where nothing moved.
+
+    The lag that fits best, by Gauss-Newton on the linearised reference.
+
+    Args:
+        stamps: the estimate's stamps [ns], (n,), n above 0.
+        tilt: the estimate [rad], (n,).
+        association: the reference.
+    """
     chosen = stamps[:: max(1, stamps.size // _DELAY_SAMPLES)]
     wanted = tilt[:: max(1, stamps.size // _DELAY_SAMPLES)]
     half = 5_000_000  # [ns]; the slope of the reference is taken over 10 ms
