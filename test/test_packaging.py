@@ -1,0 +1,29 @@
+"""What installs the package agrees with the package."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import twbr_estimation
+
+ROOT = Path(__file__).resolve().parent.parent
+LAUNCHER = "run_node"
+
+
+def test_every_node_has_its_launcher() -> None:
+    nodes = {path.stem for path in (ROOT / "twbr_estimation" / "nodes").glob("*_node.py")}
+    linked = {path.name for path in (ROOT / "scripts").iterdir()} - {LAUNCHER}
+    assert linked == nodes, "for each node: ln -s run_node scripts/NAME, its file's name"
+    for name in linked:
+        link = ROOT / "scripts" / name
+        assert link.readlink() == Path(LAUNCHER)
+        assert os.access(link, os.X_OK)
+
+
+def test_ros_and_python_name_the_same_version() -> None:
+    package = ET.parse(ROOT / "package.xml").getroot()
+    assert package.findtext("name") == "twbr_estimation"
+    assert package.findtext("version") == twbr_estimation.__version__
+    assert (ROOT / "resource" / "twbr_estimation").is_file()
