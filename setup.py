@@ -1,19 +1,24 @@
 """Package description; colcon and pip both read this file."""
 
 import re
-from glob import glob
 from pathlib import Path
 
 from setuptools import find_packages, setup
 
 NAME = "twbr_estimation"
-ROOT = Path(__file__).parent
+ROOT = Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
 VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_text()).group(1)
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.name != "run_node")
 
 TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10"]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
 HARDWARE = ["smbus2>=0.4.3", "gpiod>=2.1"]
+
+
+def files(pattern: str) -> list[str]:
+    """Return files of the checkout as paths relative to it."""
+    return sorted(str(path.relative_to(ROOT)) for path in ROOT.glob(pattern))
+
 
 setup(
     name=NAME,
@@ -47,8 +52,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
-        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"share/{NAME}/config", files("config/*.yaml")),
+        (f"share/{NAME}/launch", files("launch/*.launch.py")),
         (f"lib/{NAME}", [f"scripts/{node}" for node in NODES]),
     ],
     entry_points={
