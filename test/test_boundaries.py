@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "twbr_estimation"
 
 LAYERS = (
     {"errors", "samples"},
-    {"bounds"},
+    {"bounds", "compilation"},
     {"recording", "robot", "plant", "sensors"},
     {"pairing", "correction", "filters"},
     {"batch", "estimator", "settings"},
@@ -79,8 +79,8 @@ def test_ros_and_numba_stay_in_their_place(path: Path) -> None:
     roots = {name.split(".")[0] for name in imported(path)}
     if unit(path) != "nodes":
         assert not roots & ROS, "ROS is for nodes/ and launch/ only"
-    if unit(path) != "batch":
-        assert "numba" not in roots, "only batch.py compiles"
+    if unit(path) != "compilation":
+        assert "numba" not in roots, "only compilation.py compiles"
 
 
 def loaded_by(*modules: str) -> set[str]:
