@@ -19,7 +19,8 @@ LAYERS = (
     {"pairing", "correction", "filters"},
     {"batch", "estimator", "settings"},
     {"tuning", "evaluation", "calibration", "noise", "simulation", "control"},
-    {"bags", "messages", "parameter_file", "yaml_files", "presets", "report"},
+    {"bags", "messages", "parameter_file", "yaml_files", "presets"},
+    {"offline", "report"},
     {"cli", "nodes"},
 )
 """Files and folders of the package from the bottom up; each may import its own layer and below."""
