@@ -75,7 +75,7 @@ class Diagnostics:
             logger.info(report.message)
         elif report.level is Level.WARN:
             logger.warning(report.message)
-        else:
+        elif report.level is Level.ERROR:
             logger.error(report.message)
 
 

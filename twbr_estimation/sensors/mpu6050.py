@@ -143,6 +143,11 @@ class Mpu6050Settings:
         return internal_rate(self.dlpf_config) / (1 + self.sample_rate_divider)
 
     @property
+    def delivered_rate(self) -> float:
+        """Rate of the samples that reach the user [Hz]."""
+        return self.poll_rate if self.reading is Reading.BURST else self.sample_rate
+
+    @property
     def gyro_scale(self) -> float:
         """Angular rate of one least significant bit [rad/s]."""
         return math.radians(self.gyro_range_deg) / RAW_FULL_SCALE

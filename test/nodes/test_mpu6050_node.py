@@ -1,0 +1,161 @@
+"""The IMU's node on real middleware, with the simulated chip behind the bus' interface."""
+
+from __future__ import annotations
+
+import time
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Imu, Temperature
+
+from twbr_estimation.nodes import lifecycle
+from twbr_estimation.nodes.mpu6050_node import Mpu6050Node
+from twbr_estimation.sensors.motion import swing
+from twbr_estimation.sensors.simulated_mpu6050 import SimulatedMpu6050
+
+TRANSITIONS = {
+    "configure": Transition.TRANSITION_CONFIGURE,
+    "activate": Transition.TRANSITION_ACTIVATE,
+    "deactivate": Transition.TRANSITION_DEACTIVATE,
+    "cleanup": Transition.TRANSITION_CLEANUP,
+}
+
+
+def _start(graph: Any, chip: SimulatedMpu6050 | None = None, **parameters: Any) -> Mpu6050Node:
+    node: Mpu6050Node = graph.add(Mpu6050Node(chip, **graph.options(**parameters)))
+    return node
+
+
+def _stamps(messages: list[Imu]) -> list[int]:
+    return [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec for each in messages]
+
+
+def _state(graph: Any) -> int:
+    response = graph.call(GetState, "/mpu6050_node/get_state", GetState.Request())
+    return int(response.current_state.id)
+
+
+def _change(graph: Any, transition: str) -> bool:
+    request = ChangeState.Request()
+    request.transition.id = TRANSITIONS[transition]
+    return bool(graph.call(ChangeState, "/mpu6050_node/change_state", request).success)
+
+
+@pytest.mark.parametrize("reading", ["burst", "fifo"])
+def test_it_publishes_what_the_chip_feels_without_being_asked(graph: Any, reading: str) -> None:
+    received = graph.collect(Imu, "imu/data_raw")
+    _start(graph, simulated=True, mpu6050__reading=reading, mpu6050__poll_rate=100.0)
+    graph.spin_until(lambda: len(received) >= 100)
+    stamps = _stamps(received)
+    assert all(later > earlier for earlier, later in pairwise(stamps))
+    errors = [
+        message.angular_velocity.y - swing(stamp * 1e-9).gyro_y
+        for message, stamp in zip(received, stamps, strict=True)
+    ]
+    assert np.sqrt(np.mean(np.square(errors))) < np.radians(0.15)
+    assert np.mean([each.linear_acceleration.z for each in received]) == pytest.approx(9.8, abs=0.1)
+
+
+def test_messages_follow_rep_145(graph: Any) -> None:
+    received = graph.collect(Imu, "imu/data_raw")
+    temperatures = graph.collect(Temperature, "imu/temperature")
+    _start(
+        graph,
+        simulated=True,
+        frame_id="chip",
+        mpu6050__gyro_stddev=0.02,
+        mpu6050__accel_stddev=0.5,
+    )
+    graph.spin_until(lambda: received and temperatures)
+    message = received[0]
+    assert message.header.frame_id == temperatures[0].header.frame_id == "chip"
+    assert message.orientation_covariance[0] == -1.0
+    assert list(message.angular_velocity_covariance) == pytest.approx(
+        [4e-4, 0, 0, 0, 4e-4, 0, 0, 0, 4e-4]
+    )
+    assert message.linear_acceleration_covariance[8] == 0.25
+    assert temperatures[0].temperature == pytest.approx(25.0, abs=0.1)
+
+
+def test_a_lifecycle_manager_is_in_charge_without_autostart(graph: Any) -> None:
+    received = graph.collect(Imu, "imu/data_raw")
+    node = _start(graph, simulated=True, autostart=False)
+    assert _state(graph) == State.PRIMARY_STATE_UNCONFIGURED
+    assert _change(graph, "configure")
+    assert _state(graph) == State.PRIMARY_STATE_INACTIVE
+    assert node.reader is not None
+    graph.spin_until(lambda: node.reader.counters.samples >= 5)
+    assert received == []
+    assert _change(graph, "activate")
+    graph.spin_until(lambda: len(received) >= 5)
+    assert _change(graph, "deactivate")
+    assert _change(graph, "cleanup")
+    assert _state(graph) == State.PRIMARY_STATE_UNCONFIGURED
+    assert _change(graph, "configure"), "it can be configured again"
+    assert _change(graph, "activate")
+    before = len(received)
+    graph.spin_until(lambda: len(received) >= before + 5)
+
+
+def test_a_missing_chip_leaves_it_unconfigured_until_it_answers(
+    graph: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lifecycle, "RETRY_PERIOD", 0.05)
+    chip = SimulatedMpu6050(time.time_ns)
+    chip.nack(1)
+    received = graph.collect(Imu, "imu/data_raw")
+    node = _start(graph, chip)
+    assert not node.is_open
+    assert "nothing answers at 0x68" in node.failure
+    graph.spin_until(lambda: len(received) >= 5)
+    assert node.failure == ""
+
+
+def test_a_missing_bus_fails_the_transition_not_the_process(graph: Any) -> None:
+    pytest.importorskip("smbus2")
+    node = _start(graph, autostart=False, mpu6050__bus=250)
+    assert not _change(graph, "configure")
+    assert _state(graph) == State.PRIMARY_STATE_UNCONFIGURED
+    assert "/dev/i2c-250" in node.failure
+    node.set_parameters([Parameter("simulated", value=True)])
+    assert _change(graph, "configure")
+
+
+@pytest.mark.parametrize(
+    ("fault", "counter"), [("nack", "bus_errors"), ("brown_out", "lost_settings")]
+)
+def test_it_outlives_faults_and_reports_them(graph: Any, fault: str, counter: str) -> None:
+    chip = SimulatedMpu6050(time.time_ns)
+    received = graph.collect(Imu, "imu/data_raw")
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
+    node = _start(graph, chip)
+    graph.spin_until(lambda: len(received) >= 5)
+    chip.nack(17) if fault == "nack" else chip.brown_out()
+    graph.spin_until(lambda: node.reader.counters.reinitialisations == 1 and node.reader.running)
+    before = len(received)
+    graph.spin_until(lambda: len(received) >= before + 5)
+
+    def reported() -> bool:
+        latest = {each.key: each.value for each in diagnostics[-1].status[0].values}
+        return int(latest.get(counter, "0")) > 0 and latest["reinitialisations"] == "1"
+
+    graph.spin_until(lambda: bool(diagnostics) and reported())
+
+
+def test_the_chip_cannot_be_changed_while_it_is_read(graph: Any) -> None:
+    received = graph.collect(Imu, "imu/data_raw")
+    node = _start(graph, simulated=True)
+    (refused,) = node.set_parameters([Parameter("mpu6050.accel_range_g", value=8)])
+    assert not refused.successful
+    assert "unconfigured" in refused.reason
+    (accepted,) = node.set_parameters([Parameter("mpu6050.accel_stddev", value=0.3)])
+    assert accepted.successful
+    graph.spin_until(
+        lambda: bool(received) and received[-1].linear_acceleration_covariance[0] == 0.09
+    )

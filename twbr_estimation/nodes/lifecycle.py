@@ -1,0 +1,102 @@
+"""A managed node that opens a device: transitions, autostart and recovery, written once."""
+
+from __future__ import annotations
+
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
+from ..errors import TwbrError
+
+RETRY_PERIOD = 2.0
+"""Time between two attempts of a node that starts by itself [s]."""
+
+
+class DeviceNode(LifecycleNode):
+    """Opens its device on configure, reads it while active, closes it on cleanup.
+
+    With the parameter `autostart` (true by default, so that `ros2 run` alone gives data)
+    the node configures and activates itself, and tries again while the device is missing.
+    Otherwise a lifecycle manager or `ros2 lifecycle set` does. A device that cannot be
+    opened leaves the node unconfigured, with the reason in the log.
+    """
+
+    def __init__(self, name: str, **options: object) -> None:
+        """Create the unconfigured node; subclasses call `begin` when they are ready."""
+        super().__init__(name, **options)
+        self.is_open = False
+        """Whether the device is open: the node is inactive or active."""
+        self.is_active = False
+        self.failure = ""
+        """Why the device could not be opened the last time."""
+        self.declare_parameter("autostart", True)
+        self._starter = self.create_timer(RETRY_PERIOD, self._start)
+
+    def open_device(self) -> None:
+        """Open the device with the parameters in force; raises `TwbrError` if it cannot."""
+        raise NotImplementedError
+
+    def close_device(self) -> None:
+        """Close what `open_device` opened."""
+        raise NotImplementedError
+
+    def begin(self) -> None:
+        """Start at once where `autostart` says so."""
+        if self.get_parameter("autostart").value:
+            self._start()
+        else:
+            self._starter.cancel()
+
+    def _start(self) -> None:
+        if self.is_open or self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
+            self._starter.cancel()
+            self.trigger_activate()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Open the device; failure leaves the node unconfigured."""
+        try:
+            self.open_device()
+        except TwbrError as error:
+            if str(error) != self.failure:  # once, not at each attempt
+                self.failure = str(error)
+                self.get_logger().error(self.failure)
+            return TransitionCallbackReturn.FAILURE
+        self.failure = ""
+        self.is_open = True
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let data flow."""
+        self.is_active = True
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop the flow; the device stays open."""
+        self.is_active = False
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Close the device; it can be configured again with other parameters."""
+        self._close()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Close the device for good."""
+        self._starter.cancel()
+        self._close()
+        return super().on_shutdown(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Go back to unconfigured, from where the node can be started again."""
+        self.get_logger().error(f"transition from {state.label} failed; unconfigured again")
+        self._close()
+        return TransitionCallbackReturn.SUCCESS
+
+    def destroy_node(self) -> None:
+        """Close the device with the node."""
+        self._close()
+        super().destroy_node()
+
+    def _close(self) -> None:
+        self.is_active = False
+        if self.is_open:
+            self.is_open = False
+            self.close_device()

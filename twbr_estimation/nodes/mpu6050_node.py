@@ -1,0 +1,175 @@
+"""Publish what an MPU6050 measures: `imu/data_raw`, `imu/temperature`, `/diagnostics`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from sensor_msgs.msg import Imu, Temperature
+
+from ..errors import ConfigurationError
+from ..sensors.i2c import I2cRegisters, Registers
+from ..sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings
+from ..sensors.mpu6050_reader import Counters, Mpu6050Reader
+from ..sensors.simulated_mpu6050 import SimulatedMpu6050
+from .declarations import declarations_of, settings_from
+from .diagnostics import Diagnostics, Level, Report
+from .lifecycle import DeviceNode
+from .parameters import NodeParameters
+from .qos import PUBLISHED, overridable
+from .spin import run
+
+TEMPERATURE_PERIOD = 0.1
+"""Time between two temperatures [s]."""
+AT_ANY_TIME = {"gyro_stddev", "accel_stddev"}
+"""Parameters of the chip that only concern messages."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mpu6050NodeSettings:
+    """Parameters of the node."""
+
+    frame_id: str = "imu_link"
+    """Frame of the sensor's axes."""
+    simulated: bool = False
+    """Read a simulated chip that swings gently, instead of the bus."""
+    mpu6050: Mpu6050Settings = field(default_factory=Mpu6050Settings)
+    """The chip."""
+
+
+class Mpu6050Node(DeviceNode):
+    """Lifecycle node around `Mpu6050Reader`."""
+
+    def __init__(self, registers: Registers | None = None, **options: Any) -> None:
+        """Create the node.
+
+        Args:
+            registers: A chip to read instead of the bus, such as a simulated one.
+            options: For `rclpy.node.Node`.
+        """
+        super().__init__("mpu6050_node", **options)
+        self._registers = registers
+        self.reader: Mpu6050Reader | None = None
+        self._imu = Imu()
+        self._temperature = Temperature()
+        self._until_temperature = 0
+        self._reported = Counters()
+        self._imu_publisher = self.create_lifecycle_publisher(
+            Imu, "imu/data_raw", PUBLISHED, qos_overriding_options=overridable()
+        )
+        self._temperature_publisher = self.create_lifecycle_publisher(
+            Temperature, "imu/temperature", PUBLISHED, qos_overriding_options=overridable()
+        )
+        self.parameters = NodeParameters(
+            self, declarations_of(Mpu6050NodeSettings()), self._build, self._apply
+        )
+        self._apply(self.parameters.current)
+        self._diagnostics = Diagnostics(self, self.report, self._hardware_id())
+        self.begin()
+
+    def _build(self, values: Mapping[str, Any]) -> Mpu6050NodeSettings:
+        settings = settings_from(Mpu6050NodeSettings(), values)
+        if self.is_open:
+            old, new = asdict(self.parameters.current), asdict(settings)
+            for name in AT_ANY_TIME:
+                del old["mpu6050"][name], new["mpu6050"][name]
+            del old["frame_id"], new["frame_id"]
+            if old != new:
+                raise ConfigurationError(
+                    "the set-up of the chip can only change while the node is unconfigured"
+                )
+        return settings
+
+    def _apply(self, settings: Mpu6050NodeSettings) -> None:
+        """Write into the messages what stays the same from sample to sample."""
+        chip = settings.mpu6050
+        self._imu.header.frame_id = self._temperature.header.frame_id = settings.frame_id
+        self._imu.orientation_covariance[0] = -1.0  # REP-145: no orientation
+        self._imu.angular_velocity_covariance = (np.eye(3) * chip.gyro_stddev**2).ravel()
+        self._imu.linear_acceleration_covariance = (np.eye(3) * chip.accel_stddev**2).ravel()
+
+    def _hardware_id(self) -> str:
+        settings = self.parameters.current
+        if self._registers is not None or settings.simulated:
+            return "simulated MPU6050"
+        return f"MPU6050 at 0x{settings.mpu6050.address:02x} on /dev/i2c-{settings.mpu6050.bus}"
+
+    def _now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    def open_device(self) -> None:
+        """Open the bus and set the chip up."""
+        settings = self.parameters.current
+        chip = settings.mpu6050
+        registers = self._registers
+        if registers is None:
+            registers = (
+                SimulatedMpu6050(self._now)
+                if settings.simulated
+                else I2cRegisters(chip.bus, chip.address)
+            )
+        self.reader = Mpu6050Reader(Mpu6050(registers, chip), self._now)
+        try:
+            warning = self.reader.start()
+        except Exception:
+            self.reader.stop()
+            raise
+        if warning:
+            self.get_logger().warning(warning)
+        self._reported = Counters()
+        self._timer = self.create_timer(1.0 / chip.poll_rate, self._poll)
+
+    def close_device(self) -> None:
+        """Release the bus."""
+        self.destroy_timer(self._timer)
+        if self.reader is not None:
+            self.reader.stop()
+
+    def _poll(self) -> None:
+        if self.reader is None:
+            return
+        readings = self.reader.poll()  # while inactive too: the chip stays watched
+        if self.is_active:
+            for reading in readings:
+                self._publish(reading)
+
+    def _publish(self, reading: ImuReading) -> None:
+        message = self._imu
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(reading.stamp, 1_000_000_000)
+        rate, force = message.angular_velocity, message.linear_acceleration
+        rate.x, rate.y, rate.z = reading.gyro_x, reading.gyro_y, reading.gyro_z
+        force.x, force.y, force.z = reading.accel_x, reading.accel_y, reading.accel_z
+        self._imu_publisher.publish(message)
+        self._until_temperature -= 1
+        if self._until_temperature <= 0:
+            rate_now = self.parameters.current.mpu6050.delivered_rate
+            self._until_temperature = round(TEMPERATURE_PERIOD * rate_now)
+            self._temperature.header.stamp = stamp
+            self._temperature.temperature = reading.temperature
+            self._temperature_publisher.publish(self._temperature)
+
+    def report(self) -> Report:
+        """Return what `/diagnostics` says: the counters and what has changed since."""
+        if self.reader is None or not self.is_open:
+            return Report(Level.STALE, self.failure or "not configured", {})
+        counters, before = self.reader.counters, self._reported
+        values: dict[str, object] = {"phase": self.reader.phase.value, **asdict(counters)}
+        values["sample_clock_drift_ppm"] = round(self.reader.sample_clock.drift * 1e6, 1)
+        new = {key: n - getattr(before, key) for key, n in asdict(counters).items()}
+        self._reported = Counters(**asdict(counters))
+        samples = new.pop("samples")
+        if not self.is_active:
+            return Report(Level.OK, "inactive", values)
+        if not self.reader.running or not samples:
+            return Report(Level.ERROR, self.reader.last_error or "no samples", values)
+        if any(new.values()):
+            return Report(Level.WARN, self.reader.last_error or "disturbed bus", values)
+        return Report(Level.OK, f"{samples} samples since the last report", values)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is asked to stop."""
+    return run(Mpu6050Node, arguments)
