@@ -20,7 +20,7 @@ LAYERS = (
     {"batch", "estimator", "settings"},
     {"tuning", "evaluation", "calibration", "noise", "simulation", "control"},
     {"bags", "messages", "parameter_file", "yaml_files", "presets"},
-    {"offline", "report"},
+    {"offline", "report", "streams"},
     {"cli", "nodes"},
 )
 """Files and folders of the package from the bottom up; each may import its own layer and below."""
