@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import inspect
 import json
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 from rich.console import Console
@@ -15,7 +18,9 @@ from ..filters import Filter, Parameter, filters
 def add_parser(subparsers: Any) -> None:
     """Declare the verb."""
     parser = subparsers.add_parser("filters", help="list the filters and their parameters")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    form.add_argument("--markdown", action="store_true", help="print the page docs/filters.md")
     parser.set_defaults(run=run)
 
 
@@ -23,6 +28,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the filters."""
     if arguments.json:
         print(json.dumps({"filters": [description(entry) for entry in filters().values()]}))
+        return 0
+    if arguments.markdown:
+        print(markdown_page(), end="")
         return 0
     console = Console()
     for entry in filters().values():
@@ -81,3 +89,44 @@ def _table(parameters: tuple[Parameter, ...]) -> Table:
             bounds.description,
         )
     return table
+
+
+def markdown_page() -> str:
+    """Return the page `docs/filters.md`."""
+    return "\n".join(_page_lines()) + "\n"
+
+
+def _page_lines() -> Iterator[str]:
+    yield "# Filters"
+    yield ""
+    yield "Written by `twbr filters --markdown` from the filters themselves; do not edit."
+    yield "Gains belong to the period named beside them; the preset `table2` has those of others."
+    yield ""
+    yield "| filter | what it is | source | gyro bias | variance | period |"
+    yield "|---|---|---|---|---|---|"
+    for entry in filters().values():
+        cells = (
+            f"[`{entry.name}`](#{entry.name})",
+            entry.title.rstrip("."),
+            entry.source,
+            "yes" if entry.estimates_gyro_bias else "",
+            "yes" if entry.estimates_variance else "",
+            "any" if entry.tuned_dt is None else f"{1000 * entry.tuned_dt:g} ms",
+        )
+        yield f"| {' | '.join(cells)} |"
+    for entry in filters().values():
+        yield from _section_lines(entry)
+
+
+def _section_lines(entry: Filter) -> Iterator[str]:
+    yield from ("", f"## {entry.name}", "")
+    yield inspect.getdoc(sys.modules[entry.step.__module__]) or entry.title
+    if entry.declared():
+        yield ""
+        yield "| parameter | default | range | unit | meaning |"
+        yield "|---|---|---|---|---|"
+    for name, default, bounds in ((p.name, p.default, p.bounds) for p in entry.declared()):
+        limits = f"{bounds.minimum:g} to {bounds.maximum:g}"
+        yield f"| `{name}` | {default:g} | {limits} | {bounds.unit} | {bounds.description} |"
+    for clause, reason in entry.limits.items():
+        yield from ("", f"Limit, {clause.replace('_', ' ')}: {reason}.")
