@@ -19,7 +19,7 @@ LAYERS = (
     {"pairing", "correction", "filters"},
     {"batch", "estimator", "settings"},
     {"tuning", "evaluation", "calibration", "noise", "simulation", "control"},
-    {"bags", "messages", "parameter_file", "yaml_files", "presets"},
+    {"bags", "messages", "parameter_file", "yaml_files", "presets", "scores"},
     {"offline", "report", "streams"},
     {"cli", "nodes"},
 )

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
-from rich.table import Table
 
 from ..errors import ConfigurationError
-from ..evaluation import Options, RecordingScore, as_json, mean_over
+from ..evaluation import Options, RecordingScore
 from ..offline import TERMS, Request, evaluate
+from ..scores import print_scores, write_scores
 from .arguments import (
     add_recordings,
     add_settings,
@@ -25,15 +23,6 @@ from .arguments import (
     parameter_values,
     topic_names,
 )
-
-_COLUMNS = (
-    ("MSE\n[deg²]", "mse_deg2", "{:.4f}"),
-    ("RMSE\n[deg]", "rmse_deg", "{:.4f}"),
-    ("bias\n[deg]", "bias_deg", "{:+.4f}"),
-    ("max\n[deg]", "max_abs_deg", "{:.3f}"),
-    ("delay\n[ms]", "delay_s", "{:+.2f}"),
-)
-_MILLISECONDS = 1e3
 
 
 def add_parser(subparsers: Any) -> None:
@@ -134,14 +123,9 @@ def run(arguments: argparse.Namespace) -> int:
     scores = _evaluated(arguments.bags, request)
     quiet = arguments.json == "-"
     console = Console(stderr=quiet)
-    for entry in scores:
-        _print_recording(console, entry)
-    if len(scores) > 1:
-        console.print(_table(f"mean over {len(scores)} recordings", mean_over(scores)))
-    for warning in dict.fromkeys(text for entry in scores for text in entry.warnings):
-        console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
+    print_scores(console, scores)
     if arguments.json is not None:
-        _write_json(arguments.json, as_json(scores))
+        write_scores(arguments.json, scores)
     return 0
 
 
@@ -154,42 +138,3 @@ def _evaluated(bags: Sequence[Path], request: Request) -> list[RecordingScore]:
             scores.append(evaluate(bag, request))
             progress.advance(task)
     return scores
-
-
-def _print_recording(console: Console, entry: RecordingScore) -> None:
-    title = f"{entry.source}: {entry.samples} samples at {entry.dt * _MILLISECONDS:g} ms"
-    figures = {
-        name: {column: getattr(score, column) for _, column, _ in _COLUMNS}
-        for name, score in entry.estimators.items()
-    }
-    console.print(_table(title, figures))
-    left_out = max((score.left_out for score in entry.estimators.values()), default=0)
-    if left_out:
-        console.print(f"  {left_out} samples without a reference left out")
-    for repair, count in entry.repairs.items():
-        console.print(f"  repaired: {escape(repair)}: {count}", soft_wrap=True)
-
-
-def _table(title: str, figures: Mapping[str, Mapping[str, float]]) -> Table:
-    table = Table(title=escape(title), title_justify="left")
-    table.add_column("estimator", no_wrap=True)
-    for heading, _, _ in _COLUMNS:
-        table.add_column(escape(heading), justify="right", no_wrap=True)
-    for name, values in sorted(figures.items(), key=lambda item: item[1]["mse_deg2"]):
-        cells = []
-        for _, figure, form in _COLUMNS:
-            scale = _MILLISECONDS if figure == "delay_s" else 1.0
-            cells.append(form.format(values[figure] * scale))
-        table.add_row(escape(name), *cells)
-    return table
-
-
-def _write_json(target: str, document: Mapping[str, object]) -> None:
-    text = json.dumps(document, indent=2, allow_nan=False)
-    if target == "-":
-        sys.stdout.write(text + "\n")
-        return
-    try:
-        Path(target).write_text(text + "\n")
-    except OSError as error:
-        raise ConfigurationError(f"--json {target}: {error.strerror}") from None
