@@ -21,7 +21,7 @@ LARGEST_REFERENCE_GAP = 0.1
 """Reference samples further apart than this [s], and than five periods, are a gap."""
 _GAP_PERIODS = 5.0
 _DELAY_ITERATIONS = 4
-_DELAY_SAMPLES = 20_000
+_DELAY_SAMPLES = 5_000
 _LARGEST_DELAY = 0.5  # [s]; beyond it a linearised search means nothing
 
 
@@ -89,9 +89,10 @@ class Association:
         self._options = options or Options()
         self._times = reference.stamps
         self._tilt = np.unwrap(reference.tilt) + self._options.reference_offset
-        periods = np.diff(self._times) * 1e-9
-        limit = max(LARGEST_REFERENCE_GAP, _GAP_PERIODS * float(np.median(periods)))
-        self._gap_after = periods > limit
+        self._periods = np.diff(self._times)
+        usual = float(np.median(self._periods)) * 1e-9
+        limit = max(LARGEST_REFERENCE_GAP, _GAP_PERIODS * usual)
+        self._gap_after = self._periods > limit * 1e9
         self._latest: tuple[StampArray, tuple[FloatArray, NDArray[np.bool_]]] | None = None
 
     def at(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -104,18 +105,20 @@ class Association:
             Tilt [rad], (n,), and a mask, (n,), false before, after and in gaps of it.
         """
         if self._latest is None or self._latest[0] is not stamps:
-            self._latest = stamps, self._interpolated(stamps)
+            self._latest = stamps, self.interpolated(stamps)
         return self._latest[1]
 
-    def _interpolated(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def interpolated(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Do what `at` does without keeping the result for another call with these stamps."""
         times = stamps - round(self._options.reference_delay * 1e9)
-        after = np.searchsorted(self._times, times, side="left")
-        inside = (times >= self._times[0]) & (times <= self._times[-1])
-        before = np.clip(after - 1, 0, self._gap_after.size - 1)
-        exact = self._times[np.clip(after, 0, self._times.size - 1)] == times
-        known = inside & (exact | ~self._gap_after[before])
-        origin = self._times[0]
-        tilt = np.interp((times - origin) * 1e-9, (self._times - origin) * 1e-9, self._tilt)
+        after = np.clip(np.searchsorted(self._times, times), 1, self._times.size - 1)
+        before = after - 1
+        since = times - self._times[before]
+        period = self._periods[before]
+        exact = (since == 0) | (since == period)
+        known = (since >= 0) & (since <= period) & (exact | ~self._gap_after[before])
+        share = np.clip(since / period, 0.0, 1.0)
+        tilt = self._tilt[before] + share * (self._tilt[after] - self._tilt[before])
         return tilt, known
 
 
@@ -199,7 +202,8 @@ def score(
 
 
 def _wrapped(angle: FloatArray) -> FloatArray:
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi, dtype=np.float64)
+    turn = 2.0 * np.pi
+    return np.asarray(angle - turn * np.round(angle / turn), dtype=np.float64)
 
 
 def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> float:
@@ -219,7 +223,7 @@ def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> 
     for _ in range(_DELAY_ITERATIONS):
         shifted = chosen - round(delay * 1e9)
         (value, known), (earlier, k1), (later, k2) = (
-            association.at(shifted + offset) for offset in (0, -half, half)
+            association.interpolated(shifted + offset) for offset in (0, -half, half)
         )
         use = known & k1 & k2
         slope = (later - earlier)[use] / (2e-9 * half)
