@@ -1,5 +1,6 @@
-# Everything a developer or a new user runs. PYTHON picks the interpreter for .venv.
-PYTHON ?= python3
+# Everything a developer or a new user runs. PYTHON picks the interpreter for .venv; without it,
+# the one that made .venv stays.
+PYTHON ?= $(or $(shell cat .venv/made_by 2>/dev/null),python3)
 BIN := .venv/bin
 
 .PHONY: help venv demo test lint format bench clean

@@ -17,6 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 STAMP = VENV / "set_up_for"
+MADE_BY = VENV / "made_by"
+"""Names the interpreter, so that `make` goes on with the one a user chose."""
 REQUIREMENT_FILES = ("setup.py", "setup.cfg", "pyproject.toml", "tools/make_venv.py")
 WHEELS_LOST = """\
 No ROS 2 here: its wheels exist for Linux on x86-64 only, and no ROS 2 Jazzy is sourced.
@@ -92,6 +94,7 @@ def main() -> None:
         stop(f"{' '.join(error.cmd[:4])} ... failed with status {error.returncode}, see above")
     if "ros" not in extras and not ros_is_sourced:
         print(WHEELS_LOST)
+    MADE_BY.write_text(sys.executable)
     STAMP.write_text(wanted)
 
 
