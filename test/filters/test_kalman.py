@@ -79,12 +79,6 @@ def test_first_gains_are_those_asked_for(
     assert after.gyro_bias / residual == pytest.approx(gains[1], rel=1e-9)
 
 
-def test_first_tilt_gain_of_zero_leaves_no_covariance() -> None:
-    sample = CorrectedSample(0.0, 0.1, 1e-4, *[0.0] * 15)
-    state = reset_state(TiltEstimate(0.1, 0.0), sample, 1e-4, 0.0, -0.1)
-    np.testing.assert_array_equal(covariance_of(state), np.zeros((2, 2)))
-
-
 def test_sihite_2_with_39(swinging: Motion) -> None:
     """The complementary Kalman filter, written with matrices as printed."""
     dt = 0.005
@@ -134,7 +128,7 @@ def test_chudzik_5_to_10(swinging: Motion) -> None:
     r=st.floats(1e-6, 1e-1),
     dt=st.sampled_from([0.002, 0.005, 0.02]),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, derandomize=True)
 def test_steady_state_gain_solves_the_riccati_equation(
     tilt_noise: float, bias_noise: float, r: float, dt: float
 ) -> None:
@@ -163,9 +157,9 @@ def test_gain_settles_at_the_steady_state(name: str, still: Motion) -> None:
     steps=st.lists(st.tuples(st.floats(1e-4, 0.1), st.floats(1e-12, 1e4)), min_size=5, max_size=60),
     tilt_noise=st.floats(0.0, 1.0),
     bias_noise=st.floats(0.0, 1.0),
-    first=st.tuples(st.floats(0.0, 0.99), st.floats(-1.0, 1.0)),
+    first=st.tuples(st.floats(1e-6, 0.999), st.just(0.0) | st.floats(-1.0, -1e-9)),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=200, deadline=None, derandomize=True)
 def test_covariance_stays_one(
     steps: list[tuple[float, float]],
     tilt_noise: float,
@@ -176,10 +170,10 @@ def test_covariance_stays_one(
     state = reset_state(TiltEstimate(0.1, 0.0), sample, 1e-3, *first)
     for dt, r in steps:
         state = advance(state, sample._replace(dt=dt), tilt_noise, bias_noise, r)
-        scale = np.sqrt(abs(state.tilt_variance * state.bias_variance))
         assert state.tilt_variance >= 0.0
-        assert state.bias_variance >= -1e-12 * (1.0 + bias_noise)
-        assert abs(state.covariance) <= scale * (1 + 1e-6) + 1e-12
+        assert state.bias_variance >= 0.0
+        limit = np.sqrt(state.tilt_variance * state.bias_variance)
+        assert abs(state.covariance) <= limit * (1.0 + 1e-6)
 
 
 def test_sample_variances_count_only_where_asked_for(swinging: Motion) -> None:

@@ -41,7 +41,7 @@ MeasurementVariance = Annotated[
 FirstTiltGain = Annotated[
     float,
     Bounds(
-        0.0,
+        1e-6,
         0.999,
         "1",
         "Gain of the very first angle residual on the tilt, from which the initial covariance "
@@ -89,25 +89,19 @@ def reset_state(
 ) -> State:
     """Continue from `estimate` with the covariance that makes the first gains the given ones.
 
-    From (30): P(1|0)_11 = k1 r / (1 - k1) and P(1|0)_12 = k2 r / (1 - k1). P_22 is free and
-    takes the smallest value that leaves P a covariance, P_12^2 / P_11. The rule sets P(1|0)
-    rather than P(0|0): the latter would need a negative variance where the process noise
-    of one sample exceeds P(1|0)_11. A tilt gain of 0 leaves no variance to share, so P is 0.
+    From (30): P(1|0)_11 = k1 r / (1 - k1) and P(1|0)_12 = k2 r / (1 - k1). P_22 is free from
+    P_12^2 / P_11 on; twice that keeps P safely a covariance under rounding. The rule sets
+    P(1|0) rather than P(0|0): the latter would need a negative variance where the process
+    noise of one sample exceeds P(1|0)_11.
     """
     scale = measurement_variance / (1.0 - first_tilt_gain)
-    if first_tilt_gain > 0.0:
-        covariance = first_bias_gain * scale
-        bias_variance = first_bias_gain * first_bias_gain * scale / first_tilt_gain
-    else:
-        covariance = 0.0
-        bias_variance = 0.0
     return State(
         estimate.tilt,
         estimate.rate,
         estimate.gyro_bias,
         first_tilt_gain * scale,
-        covariance,
-        bias_variance,
+        first_bias_gain * scale,
+        2.0 * first_bias_gain * first_bias_gain * scale / first_tilt_gain,
         sample.gyro_y,
         1.0,
     )
