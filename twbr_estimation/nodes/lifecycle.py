@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import traceback
+
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from ..errors import TwbrError
@@ -50,6 +52,16 @@ class DeviceNode(LifecycleNode):
             self._starter.cancel()
             self.trigger_activate()
 
+    def lose_device(self, reason: str) -> None:
+        """Go back to unconfigured because the device has failed; start again if allowed to."""
+        self.get_logger().error(reason)
+        if self.is_active:
+            self.trigger_deactivate()
+        self.trigger_cleanup()
+        self.failure = reason
+        if self.get_parameter("autostart").value:
+            self._starter.reset()
+
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the device; failure leaves the node unconfigured."""
         try:
@@ -59,6 +71,9 @@ class DeviceNode(LifecycleNode):
                 self.failure = str(error)
                 self.get_logger().error(self.failure)
             return TransitionCallbackReturn.FAILURE
+        except Exception:  # a defect; rclpy would swallow it without a word
+            self.get_logger().error(traceback.format_exc())
+            return TransitionCallbackReturn.ERROR
         self.failure = ""
         self.is_open = True
         return super().on_configure(state)

@@ -6,11 +6,14 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ..robot import Robot
 from ..samples import STANDARD_GRAVITY
 
 SWING_AMPLITUDE = math.radians(5.0)
 SWING_RATE = 2.0 * math.pi * 0.5
 """Angular frequency of the swing [rad/s]."""
+SWING_HEIGHT = Robot().lever_arm[2]
+"""Height of the IMU above the axle [m]."""
 
 
 class ImuMotion(NamedTuple):
@@ -40,15 +43,22 @@ def swing_tilt(seconds: float) -> float:
     return SWING_AMPLITUDE * math.sin(SWING_RATE * seconds)
 
 
+def swing_wheel(seconds: float) -> float:
+    """Return what its wheel encoders count: the wheels stand, the body turns in them [rad]."""
+    return -swing_tilt(seconds)
+
+
 def swing(seconds: float) -> ImuMotion:
-    """Return what an IMU on the axle of that robot feels."""
+    """Return what its IMU feels, with the accelerations of Laddach 2022 (14) and (15)."""
     tilt = swing_tilt(seconds)
     rate = SWING_AMPLITUDE * SWING_RATE * math.cos(SWING_RATE * seconds)
+    euler = -SWING_HEIGHT * SWING_RATE**2 * tilt
+    centrifugal = SWING_HEIGHT * rate**2
     return ImuMotion(
         0.0,
         rate,
         0.0,
-        -STANDARD_GRAVITY * math.sin(tilt),
+        euler - STANDARD_GRAVITY * math.sin(tilt),
         0.0,
-        STANDARD_GRAVITY * math.cos(tilt),
+        STANDARD_GRAVITY * math.cos(tilt) - centrifugal,
     )

@@ -1,0 +1,121 @@
+"""The encoders' node on real middleware, with simulated counters."""
+
+from __future__ import annotations
+
+import time
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from twbr_estimation.nodes import lifecycle
+from twbr_estimation.nodes.encoder_node import EncoderNode
+from twbr_estimation.sensors.encoder import EncoderSettings
+from twbr_estimation.sensors.motion import swing_tilt
+from twbr_estimation.sensors.simulated_counter import SimulatedCounter
+
+ENCODER = EncoderSettings()
+
+
+def _start(graph: Any, given: tuple[SimulatedCounter, ...] = (), **parameters: Any) -> Any:
+    return graph.add(EncoderNode(given, **graph.options(**parameters)))
+
+
+def _rolling(speed: float) -> SimulatedCounter:
+    start = time.time()
+    return SimulatedCounter(time.time_ns, lambda t: speed * (t - start), ENCODER)
+
+
+def _stamp(message: JointState) -> int:
+    return int(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+
+
+def test_two_wheels_with_their_signs(graph: Any) -> None:
+    received = graph.collect(JointState, "joint_states")
+    _start(graph, (_rolling(3.0), _rolling(-2.0)), signs=[1, -1])
+    graph.spin_until(lambda: len(received) >= 100)
+    assert all(_stamp(later) > _stamp(earlier) for earlier, later in pairwise(received))
+    first, last = received[20], received[-1]
+    assert last.name == ["left_wheel_joint", "right_wheel_joint"]
+    seconds = (_stamp(last) - _stamp(first)) * 1e-9
+    # Two counts, and 2 ms between a stamp and its read on a busy machine.
+    limit = 2 * ENCODER.angle_per_count + 3.0 * 0.002
+    assert last.position[0] - first.position[0] == pytest.approx(3.0 * seconds, abs=limit)
+    assert last.position[1] - first.position[1] == pytest.approx(2.0 * seconds, abs=limit)
+    velocities = [message.velocity[0] for message in received[20:]]
+    assert sum(velocities) / len(velocities) == pytest.approx(3.0, abs=0.3)
+
+
+def test_one_wheel(graph: Any) -> None:
+    received = graph.collect(JointState, "joint_states")
+    _start(graph, simulated=True, joint_names=["wheel"])
+    graph.spin_until(lambda: bool(received))
+    assert received[0].name == ["wheel"]
+    assert len(received[0].position) == len(received[0].velocity) == 1
+
+
+def test_the_reference_follows_the_tilt_and_can_be_zeroed(graph: Any) -> None:
+    received = graph.collect(JointState, "reference/joint_states")
+    _start(graph, simulated=True, role="reference", start_angle=0.5)
+    graph.spin_until(lambda: len(received) >= 50)
+    assert received[0].name == ["tilt"]
+    turned = received[-1].position[0] - received[0].position[0]
+    true = swing_tilt(_stamp(received[-1]) * 1e-9) - swing_tilt(_stamp(received[0]) * 1e-9)
+    assert turned == pytest.approx(true, abs=2 * ENCODER.angle_per_count)
+    response = graph.call(Trigger, "/encoder_node/set_zero", Trigger.Request())
+    assert response.success, response.message
+    before = len(received)
+    graph.spin_until(lambda: len(received) > before + 1)
+    now, then = received[-1], _stamp(received[before])
+    true = swing_tilt(_stamp(now) * 1e-9) - swing_tilt(then * 1e-9)
+    assert now.position[0] == pytest.approx(0.5 + true, abs=0.02)
+
+
+def test_set_zero_says_when_nothing_is_open(graph: Any) -> None:
+    _start(graph, autostart=False)
+    response = graph.call(Trigger, "/encoder_node/set_zero", Trigger.Request())
+    assert not response.success
+
+
+def test_a_missing_counter_leaves_it_unconfigured_with_the_reason(graph: Any) -> None:
+    node = _start(graph, counters=["/nowhere/count0", "/nowhere/count1"])
+    assert not node.is_open
+    assert "/nowhere/count0" in node.failure
+
+
+def test_it_outlives_failing_reads(graph: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lifecycle, "RETRY_PERIOD", 0.05)
+    counter = _rolling(1.0)
+    received = graph.collect(JointState, "joint_states")
+    node = _start(graph, (counter,), joint_names=["wheel"])
+    graph.spin_until(lambda: len(received) >= 5)
+    counter.fail(3)  # three polls are skipped
+    graph.spin_until(lambda: node.errors == 3)
+    assert node.is_active
+    counter.fail(8)  # opened again
+    graph.spin_until(lambda: not node.is_open)
+    before = len(received)
+    graph.spin_until(lambda: len(received) >= before + 5)
+    assert node.is_active
+    assert node.failure == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("joint_names", ["a", "b", "c"], "1 or 2"),
+        ("signs", [1, 2], "not all 1 or -1"),
+        ("signs", [1], "2 needed"),
+        ("encoder.counts_per_turn", 2000, "unconfigured"),
+    ],
+)
+def test_parameters_are_refused_with_the_reason(
+    graph: Any, name: str, value: object, reason: str
+) -> None:
+    node = _start(graph, simulated=True)
+    (result,) = node.set_parameters([Parameter(name, value=value)])
+    assert not result.successful
+    assert reason in result.reason
