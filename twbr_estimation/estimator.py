@@ -57,6 +57,11 @@ class TiltFilter:
         self.parameters = self.entry.configure(values)
         self._coefficients = self.entry.derive(self.parameters, self._robot)
 
+    def use_robot(self, robot: Robot) -> None:
+        """Use another geometry from the next sample on; the state stays."""
+        self._robot = robot
+        self._coefficients = self.entry.derive(self.parameters, robot)
+
     def forget(self) -> None:
         """Start afresh at the next sample."""
         self._state = None
@@ -147,6 +152,12 @@ class FilterBank:
         for entry in (self._active, *self._beside.values()):
             if entry.entry.name == name:
                 entry.configure(values)
+
+    def use_robot(self, robot: Robot) -> None:
+        """Use another geometry from the next sample on; the states stay."""
+        self._robot = robot
+        for entry in (self._active, *self._beside.values()):
+            entry.use_robot(robot)
 
     def reset(self) -> None:
         """Let every filter start afresh at the next sample."""

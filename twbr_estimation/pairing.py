@@ -74,6 +74,20 @@ class Pairer:
         self._pending.clear()
         self._first_stamp = self._last_stamp = None
 
+    def forget_wheels(self) -> None:
+        """Forget the wheel readings, because their clock was set back."""
+        self._wheels.clear()
+
+    def restart(self, stamp: int) -> None:
+        """Begin again at `stamp` [ns], because the IMU's clock was set back.
+
+        Wheel readings of the new time, which may have come first, stay.
+        """
+        self._pending.clear()
+        self._first_stamp = self._last_stamp = None
+        if self._wheels and self._wheels[-1].stamp > stamp + self._timeout:
+            self._wheels.clear()
+
     def add_wheels(self, reading: WheelReading) -> list[tuple[int, Sample]]:
         """Take a wheel reading; return the samples it completes, with their stamps.
 
