@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
+
+from twbr_estimation.recording import ImuTrack, WheelTrack
 
 CHECKOUT = Path(__file__).resolve().parent.parent
 
@@ -18,3 +23,47 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real recordings: TWBR_DATA is not set and {folder} does not exist")
     return folder
+
+
+DRIVE_START = 1_000_000_000_000
+
+
+class Drive(NamedTuple):
+    """Readings of a drive."""
+
+    imu: ImuTrack
+    wheels: WheelTrack
+
+    @property
+    def imu_columns(self) -> tuple[list[int], list[list[float]], list[list[float]]]:
+        """Stamps, gyro and accelerometer readings as lists."""
+        return self.imu.stamps.tolist(), self.imu.gyro.tolist(), self.imu.accel.tolist()
+
+
+def drive(seed: int = 1, count: int = 1000, wheel_delay: int = 700_000) -> Drive:
+    """Return `count` IMU readings at 500 Hz with jitter, and wheels at 250 Hz."""
+    generator = np.random.default_rng(seed)
+    stamps = DRIVE_START + np.cumsum(generator.integers(1_500_000, 2_500_000, count))
+    times = (stamps - DRIVE_START) * 1e-9
+    tilt, rate = 0.2 * np.sin(3.0 * times), 0.6 * np.cos(3.0 * times)
+    gyro = generator.normal(0.0, 0.01, (count, 3))
+    accel = generator.normal(0.0, 0.1, (count, 3))
+    gyro[:, 1] += rate
+    accel[:, 0] -= 9.81 * np.sin(tilt)
+    accel[:, 2] += 9.81 * np.cos(tilt)
+    wheel_stamps = stamps[::2] + wheel_delay
+    seconds = (wheel_stamps - DRIVE_START) * 1e-9
+    angle = np.stack([8.0 * np.sin(seconds), 8.0 * np.sin(seconds) + 0.3 * seconds], axis=1)
+    return Drive(ImuTrack(stamps, gyro, accel), WheelTrack(wheel_stamps, angle))
+
+
+@pytest.fixture(scope="session")
+def make_drive() -> Callable[..., Drive]:
+    """Return the function that makes drives: `make_drive(seed, count)`."""
+    return drive
+
+
+@pytest.fixture
+def driven() -> Drive:
+    """Return one drive of two seconds."""
+    return drive()

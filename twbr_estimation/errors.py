@@ -21,3 +21,11 @@ class RecordingError(TwbrError):
 
 class SensorError(TwbrError):
     """A sensor or bus that does not answer as its data sheet says."""
+
+
+class MessageError(TwbrError):
+    """A serialised message that does not have the layout of its type."""
+
+
+class MotionError(TwbrError):
+    """A robot that moved where it had to stand still."""

@@ -1,0 +1,200 @@
+"""Serialised messages (XCDR version 1, as DDS carries them) to numbers and back.
+
+A node that subscribes and publishes raw bytes saves most of the time rclpy spends on
+building message objects. A message starts with four bytes of encapsulation; alignment
+counts from the byte after them. `bags` decodes whole batches of the same format.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from ..errors import MessageError
+from ..pairing import WheelReading
+
+_SECOND = 1_000_000_000
+_STAMP = 4  # header first: seconds, nanoseconds, then the frame id
+_FRAME = 12
+_LITTLE_ENDIAN = b"\x00\x01"
+_IMU_DOUBLES = 37
+ORIENTATION, ORIENTATION_COVARIANCE = 0, 4
+GYRO, GYRO_COVARIANCE = 13, 16
+ACCEL, ACCEL_COVARIANCE = 25, 28
+"""Where the fields of an Imu lie among its 37 doubles."""
+
+_read_stamp = struct.Struct("<iII").unpack_from
+_write_stamp = struct.Struct("<iI").pack_into
+_read_count = struct.Struct("<I").unpack_from
+_imu = struct.Struct(f"<{_IMU_DOUBLES}d")
+_raw_imu = struct.Struct(f"<{8 * GYRO}x3d{8 * 9}x3d{8 * 9}x")
+
+
+def _aligned(offset: int, size: int) -> int:
+    """Return the next offset where an item of `size` bytes may lie."""
+    return offset + (_STAMP - offset) % size
+
+
+def decode_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
+    """Return stamp [ns] and the 37 doubles of a serialised `sensor_msgs/Imu`.
+
+    Raises:
+        MessageError: not an Imu in little-endian XCDR version 1.
+    """
+    try:
+        seconds, nanoseconds, length = _read_stamp(data, _STAMP)
+        values = _imu.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
+    except struct.error as error:
+        raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
+    _require_encoding(data)
+    return seconds * _SECOND + nanoseconds, values
+
+
+def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
+    """Return stamp [ns] and gyro x, y, z, accelerometer x, y, z of a serialised Imu.
+
+    Raises:
+        MessageError: not an Imu in little-endian XCDR version 1.
+    """
+    try:
+        seconds, nanoseconds, length = _read_stamp(data, _STAMP)
+        values = _raw_imu.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
+    except struct.error as error:
+        raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
+    _require_encoding(data)
+    return seconds * _SECOND + nanoseconds, values
+
+
+def frame_id(data: bytes) -> str:
+    """Return the frame id of a serialised message that begins with a header."""
+    length = int(_read_count(data, _FRAME)[0])
+    return data[_FRAME + 4 : _FRAME + 3 + length].decode("utf-8", "replace")
+
+
+def _require_encoding(data: bytes) -> None:
+    if data[:2] != _LITTLE_ENDIAN:
+        raise MessageError(
+            f"encapsulation 0x{data[:2].hex()}; only 0x0001, little-endian XCDR version 1, is known"
+        )
+
+
+class ImuEncoder:
+    """Serialises Imu messages of one frame id into a reused buffer."""
+
+    def __init__(self, frame: str) -> None:
+        """Lay out the message for this frame id."""
+        head = _header(frame)
+        self._values = _aligned(len(head), 8)
+        self._buffer = bytearray(self._values + 8 * _IMU_DOUBLES)
+        self._buffer[: len(head)] = head
+
+    def encode(self, stamp: int, values: Sequence[float]) -> bytes:
+        """Return the message with this stamp [ns] and these 37 doubles."""
+        _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
+        _imu.pack_into(self._buffer, self._values, *values)
+        return bytes(self._buffer)
+
+
+class JointStateEncoder:
+    """Serialises JointState messages with positions and velocities of the same joints."""
+
+    def __init__(self, names: Sequence[str], frame: str = "") -> None:
+        """Lay out the message for these joints."""
+        count = len(names)
+        head = bytearray(_padded(_header(frame), 4)) + struct.pack("<I", count)
+        for name in names:
+            text = name.encode() + b"\0"
+            head = bytearray(_padded(head, 4)) + struct.pack("<I", len(text)) + text
+        head = bytearray(_padded(head, 4)) + struct.pack("<I", count)
+        self._positions = _aligned(len(head), 8)
+        self._velocities = _aligned(self._positions + 8 * count + 4, 8)
+        self._doubles = struct.Struct(f"<{count}d").pack_into
+        self._buffer = bytearray(self._velocities + 8 * count + 4)
+        self._buffer[: len(head)] = head
+        struct.pack_into("<I", self._buffer, self._positions + 8 * count, count)
+
+    def encode(self, stamp: int, positions: Sequence[float], velocities: Sequence[float]) -> bytes:
+        """Return the message with this stamp [ns]."""
+        _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
+        self._doubles(self._buffer, self._positions, *positions)
+        self._doubles(self._buffer, self._velocities, *velocities)
+        return bytes(self._buffer)
+
+
+class WheelDecoder:
+    """Finds the wheels in serialised JointStates; the layout is looked up once a joint list."""
+
+    def __init__(self, left: str, right: str) -> None:
+        """Look for joints of these names; one of them is enough."""
+        self._names = (left, right)
+        self._layout = b""
+        self._read: struct.Struct | None = None
+        self._at: tuple[int, ...] = ()
+
+    def decode(self, data: bytes) -> WheelReading | None:
+        """Return the wheels' reading; None where the message has neither of the joints.
+
+        Raises:
+            MessageError: not a JointState in little-endian XCDR version 1.
+        """
+        try:
+            if not self._layout or not data.startswith(self._layout, _FRAME):
+                self._learn(data)
+            if self._read is None:
+                return None
+            seconds, nanoseconds, _ = _read_stamp(data, _STAMP)
+            positions = self._read.unpack_from(data)
+        except (struct.error, UnicodeDecodeError) as error:
+            raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
+        stamp = seconds * _SECOND + nanoseconds
+        angles = [positions[index] for index in self._at]
+        if len(angles) == 1:
+            return WheelReading(stamp, angles[0], 0.0, 1.0)
+        left, right = angles
+        return WheelReading(stamp, 0.5 * (left + right), right - left, 2.0)
+
+    def _learn(self, data: bytes) -> None:
+        _require_encoding(data)
+        _, offset = _string(data, _FRAME)
+        names, offset = _strings(data, offset)
+        offset = _aligned(offset, 4)
+        count = int(_read_count(data, offset)[0])
+        positions = _aligned(offset + 4, 8)
+        self._layout = data[_FRAME : offset + 4]
+        self._at = tuple(names.index(name) for name in self._names if name in names[:count])
+        self._read = struct.Struct(f"<{positions}x{count}d") if self._at else None
+
+
+def encode_float64(value: float) -> bytes:
+    """Return a serialised `std_msgs/Float64`."""
+    return _FLOAT64.pack(0x00000100, value)
+
+
+def _header(frame: str) -> bytes:
+    text = frame.encode() + b"\0"
+    return _LITTLE_ENDIAN + bytes(2 + 8) + struct.pack("<I", len(text)) + text
+
+
+def _padded(data: bytes | bytearray, size: int) -> bytes:
+    return bytes(data) + bytes(_aligned(len(data), size) - len(data))
+
+
+def _string(data: bytes, offset: int) -> tuple[str, int]:
+    offset = _aligned(offset, 4)
+    (length,) = _read_count(data, offset)
+    end = offset + 4 + length
+    return data[offset + 4 : end - 1].decode(), end
+
+
+def _strings(data: bytes, offset: int) -> tuple[list[str], int]:
+    offset = _aligned(offset, 4)
+    (count,) = _read_count(data, offset)
+    offset += 4
+    names = []
+    for _ in range(count):
+        name, offset = _string(data, offset)
+        names.append(name)
+    return names, offset
+
+
+_FLOAT64 = struct.Struct("<Id")

@@ -1,0 +1,118 @@
+"""From raw readings to corrected samples, live: guard the stamps, pair the wheels, correct."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+
+from ..correction import SATURATION_MARGIN, Corrector
+from ..pairing import DEFAULT_WAIT, Pairer, WheelReading
+from ..robot import Setup
+from ..samples import RESTART_GAP, CorrectedSample, Sample
+from .stamps import StampGuard, Verdict
+
+Stamped = list[tuple[int, CorrectedSample]]
+"""Corrected samples with their stamps [ns]."""
+UNKNOWN_TIME = 10.0 * RESTART_GAP
+"""`dt` [s] of the first sample after a restart: long enough to make filters start afresh."""
+
+
+class CorrectionStream:
+    """Corrects the live readings of one IMU and the wheels beside it.
+
+    Feed readings as they arrive; samples come out in order, each once, as soon as their
+    wheel reading is there or the bounded wait is over.
+    """
+
+    def __init__(self, setup: Setup, wait: float = DEFAULT_WAIT, keep: int = 0) -> None:
+        """Start without a past.
+
+        Args:
+            setup: Robot, calibration and settings.
+            wait: How much later [s] than a sample its wheel reading may be stamped.
+            keep: How many of the latest raw samples `recent` holds.
+        """
+        self.imu_guard = StampGuard()
+        self.wheel_guard = StampGuard()
+        self.counts: Counter[str] = Counter()
+        """Samples in all, saturated ones, and ones that went without a wheel."""
+        self.wheels_known = False
+        """Whether the latest sample had a wheel reading."""
+        self.recent: deque[Sample] = deque(maxlen=keep)
+        """The latest raw samples, for a calibration."""
+        self._corrector = Corrector(setup)
+        self._pairer = Pairer(wait)
+        self._started = self._restarted = False
+        self.configure(setup)
+
+    def configure(self, setup: Setup) -> None:
+        """Use another setup from the next sample on; the past stays."""
+        self._corrector.reconfigure(setup)
+        self._gyro_limit = SATURATION_MARGIN * setup.robot.gyro_range
+        self._accel_limit = SATURATION_MARGIN * setup.robot.accel_range
+
+    def add_imu(self, stamp: int, values: tuple[float, ...]) -> Stamped:
+        """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
+        if not math.isfinite(sum(values)):
+            self.imu_guard.skip("not_finite")
+            return []
+        verdict = self.imu_guard.check(stamp)
+        if verdict is Verdict.SKIP:
+            return []
+        if verdict is Verdict.RESTART:
+            ready = self.flush()
+            self._restart(stamp)
+            return ready + self._corrected(self._pairer.add_imu(stamp, values))
+        return self._corrected(self._pairer.add_imu(stamp, values))
+
+    def add_wheels(self, reading: WheelReading) -> Stamped:
+        """Take a wheel reading; return the samples it completes."""
+        if not math.isfinite(reading.angle + reading.difference):
+            self.wheel_guard.skip("not_finite")
+            return []
+        verdict = self.wheel_guard.check(reading.stamp)
+        if verdict is Verdict.SKIP:
+            return []
+        if verdict is Verdict.RESTART:
+            ready = self.flush()
+            self._pairer.forget_wheels()
+            return ready + self._corrected(self._pairer.add_wheels(reading))
+        return self._corrected(self._pairer.add_wheels(reading))
+
+    def flush(self) -> Stamped:
+        """Return the samples that still wait for a wheel, because nothing more arrives."""
+        return self._corrected(self._pairer.flush())
+
+    def reset(self) -> None:
+        """Forget everything but the counts."""
+        self._pairer.reset()
+        self._corrector.reset()
+        self.recent.clear()
+        self._restarted = self._started
+
+    def _restart(self, stamp: int) -> None:
+        self._pairer.restart(stamp)
+        self._corrector.reset()
+        self.recent.clear()
+        self._restarted = True
+
+    def _corrected(self, samples: list[tuple[int, Sample]]) -> Stamped:
+        return [(stamp, self._correct(sample)) for stamp, sample in samples]
+
+    def _correct(self, sample: Sample) -> CorrectedSample:
+        if self._restarted:
+            self._restarted = False
+            sample = sample._replace(dt=UNKNOWN_TIME)
+        self._started = True
+        self.wheels_known = sample.wheel_count > 0.0
+        counts = self.counts
+        counts["samples"] += 1
+        if not self.wheels_known:
+            counts["without_wheels"] += 1
+        if (
+            max(map(abs, sample[1:4])) >= self._gyro_limit
+            or max(map(abs, sample[4:7])) >= self._accel_limit
+        ):
+            counts["saturated"] += 1
+        self.recent.append(sample)
+        return self._corrector.step(sample)

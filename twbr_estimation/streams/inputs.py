@@ -1,0 +1,39 @@
+"""How a node takes its inputs: names, patience, and what a missing input means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from ..bounds import Bounds, require_bounds
+from ..pairing import DEFAULT_WAIT
+
+
+@dataclass(frozen=True, slots=True)
+class InputSettings:
+    """Settings of the IMU and wheel inputs.
+
+    Raises:
+        ConfigurationError: a number out of bounds.
+    """
+
+    timeout: Annotated[
+        float, Bounds(0.01, 60.0, "s", "Without a sample for this long the input is stale")
+    ] = 0.25
+    wheel_wait: Annotated[
+        float,
+        Bounds(
+            0.0,
+            0.2,
+            "s",
+            "How much later than a sample its wheel reading may be stamped. Larger interpolates "
+            "more and delays the tilt; 0 extrapolates and never waits.",
+        ),
+    ] = DEFAULT_WAIT
+    left_wheel_joint: str = "left_wheel_joint"
+    """Name of the left wheel in `joint_states`; one of the two wheels is enough."""
+    right_wheel_joint: str = "right_wheel_joint"
+    """Name of the right wheel in `joint_states`."""
+
+    def __post_init__(self) -> None:
+        require_bounds(self)

@@ -1,0 +1,73 @@
+"""What happens to a live sample whose stamp or values are out of order.
+
+| what arrives | outcome |
+|---|---|
+| stamp zero or negative | skipped, counted as `zero_stamp` |
+| the stamp of the sample before | skipped, counted as `repeated_stamp` |
+| up to `RESTART_GAP` before the last | one such sample is late: skipped, `late_stamp` |
+| more than that before the last, or a second late one in order | a looped recording or a clock that was set back: the stream starts afresh, `restart` |
+| more than `RESTART_GAP` after the last | taken; its `dt` makes correction and filters start afresh, `gap` |
+| NaN or infinity | skipped, counted as `not_finite` |
+
+Saturated readings are no case for this file: the correction gives them a large variance.
+"""  # noqa: E501
+
+from __future__ import annotations
+
+from collections import Counter
+from enum import Enum
+
+from ..samples import RESTART_GAP
+
+_GAP = round(RESTART_GAP * 1e9)
+
+
+class Verdict(Enum):
+    """What to do with a sample."""
+
+    TAKE = "take"
+    SKIP = "skip"
+    RESTART = "restart"
+    """Take it as the first of a new stream."""
+
+
+class StampGuard:
+    """Judges the stamps of one stream, in the order in which its samples arrive."""
+
+    def __init__(self) -> None:
+        """Start without a past."""
+        self.counts: Counter[str] = Counter()
+        """How often each outcome other than `TAKE` in good order occurred."""
+        self._last: int | None = None
+        self._late: int | None = None
+
+    def check(self, stamp: int) -> Verdict:
+        """Return what to do with a sample of this stamp [ns]."""
+        last = self._last
+        if last is not None and last < stamp <= last + _GAP:
+            self._last, self._late = stamp, None
+            return Verdict.TAKE
+        return self._judge(stamp, last)
+
+    def skip(self, reason: str) -> Verdict:
+        """Count a sample that is skipped for another reason than its stamp."""
+        self.counts[reason] += 1
+        return Verdict.SKIP
+
+    def _judge(self, stamp: int, last: int | None) -> Verdict:
+        if stamp <= 0:
+            return self.skip("zero_stamp")
+        if last is None or stamp > last:
+            if last is not None:
+                self.counts["gap"] += 1
+            self._last, self._late = stamp, None
+            return Verdict.TAKE
+        if stamp == last:
+            return self.skip("repeated_stamp")
+        back_to_back = self._late is not None and stamp > self._late
+        if last - stamp > _GAP or back_to_back:
+            self.counts["restart"] += 1
+            self._last, self._late = stamp, None
+            return Verdict.RESTART
+        self._late = stamp
+        return self.skip("late_stamp")
