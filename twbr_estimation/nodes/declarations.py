@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_type_hints
 
 from ..bounds import Bounds, bounds_of
 from ..errors import ConfigurationError
@@ -37,6 +37,8 @@ class Declaration:
     choices: tuple[str, ...] = ()
     """The strings allowed; any where empty."""
     read_only: bool = False
+    strings: bool = False
+    """True for an array of strings; an empty default does not say so itself."""
 
 
 def declarations_of(
@@ -52,7 +54,7 @@ def declarations_of(
     """
     found: list[Declaration] = []
     kind: Any = type(defaults)
-    bounds, docs = bounds_of(kind), _field_docs(kind)
+    bounds, docs, hints = bounds_of(kind), _field_docs(kind), get_type_hints(kind)
     for entry in fields(defaults):
         if only is not None and entry.name not in only:
             continue
@@ -64,7 +66,8 @@ def declarations_of(
         text = _described(limits) if limits else docs.get(entry.name, "")
         choices = tuple(str(each.value) for each in type(value)) if isinstance(value, Enum) else ()
         default = value.value if isinstance(value, Enum) else value
-        found.append(Declaration(name, default, text, limits, choices, read_only))
+        strings = str in get_args(hints[entry.name])
+        found.append(Declaration(name, default, text, limits, choices, read_only, strings))
     return tuple(found)
 
 

@@ -7,6 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 
@@ -48,7 +49,9 @@ class Diagnostics:
         self._hardware_id = hardware_id
         self._level = Level.OK
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._timer = node.create_timer(period, self.update)
+        # Wall time: a node under a simulated clock that stands still must be able to say so.
+        wall = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = node.create_timer(period, self.update, clock=wall)
 
     def update(self) -> None:
         """Publish now."""

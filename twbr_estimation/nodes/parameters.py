@@ -107,6 +107,8 @@ class NodeParameters(Generic[Built]):
 def _declare(node: Node, declaration: Declaration) -> Any:
     """Declare one parameter and return its first value."""
     default, kind = declaration.default, Parameter.Type.DOUBLE_ARRAY
+    if declaration.strings:
+        kind = Parameter.Type.STRING_ARRAY
     # An empty array has no type of its own and cannot be a default in ROS.
     initial = kind if default == () else list(default) if isinstance(default, tuple) else default
     try:

@@ -1,0 +1,209 @@
+"""The filter node on real middleware: switching, refusing, surviving."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, Float64
+from std_srvs.srv import Trigger
+
+from twbr_estimation.batch import correct, run_filter
+from twbr_estimation.filters.base import filter_named, filters
+from twbr_estimation.messages import stamp_of, tilt_of
+from twbr_estimation.nodes.correction_node import CorrectionNode
+from twbr_estimation.nodes.filter_node import FilterNode
+from twbr_estimation.pairing import pair
+from twbr_estimation.robot import Robot, Setup
+
+COUNT = 300
+OUTPUTS = ("tilt", "imu/data", "tilt/compare")
+
+
+def filter_in(graph: Any, **parameters: Any) -> FilterNode:
+    lossless = graph.lossless("imu/data_corrected", "joint_states", published=OUTPUTS)
+    return graph.add(FilterNode(**graph.options(**lossless, **parameters)))
+
+
+def both_in(graph: Any, **parameters: Any) -> FilterNode:
+    lossless = graph.lossless("imu/data_raw", "joint_states", published=("imu/data_corrected",))
+    graph.add(CorrectionNode(**graph.options(**lossless)))
+    return filter_in(graph, **parameters)
+
+
+def offline(drive: Any, name: str) -> Any:
+    entry = filter_named(name)
+    corrected = correct(pair(drive.imu, drive.wheels), Setup())
+    return run_filter(entry, entry.configure(), corrected, Robot())
+
+
+def test_live_equals_offline_for_every_filter(graph: Any, sensors: Any) -> None:
+    both_in(graph, compare=["all"])
+    tilts, imus = graph.collect(Float64, "tilt"), graph.collect(Imu, "imu/data")
+    compared = graph.collect(JointState, "tilt/compare")
+    graph.settle()
+    drive = sensors.drive(COUNT)
+    sensors.play(drive)
+    graph.spin_until(lambda: min(len(tilts), len(imus), len(compared)) == COUNT)
+    assert [stamp_of(message) for message in imus] == drive.imu.stamps.tolist()
+    assert list(compared[0].name) == list(filters())
+    chosen = offline(drive, "complementary")
+    np.testing.assert_allclose([message.data for message in tilts], chosen.tilt, atol=1e-12)
+    angles = [tilt_of(message.orientation) for message in imus]
+    np.testing.assert_allclose(angles, chosen.tilt, atol=1e-12)
+    for row, name in enumerate(filters()):
+        track = offline(drive, name)
+        live = np.array([(each.position[row], each.velocity[row]) for each in compared])
+        np.testing.assert_allclose(live[:, 0], track.tilt, rtol=1e-9, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(live[:, 1], track.rate, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_raw_straight_in_gives_the_same_as_through_the_correction(graph: Any, sensors: Any) -> None:
+    remap = ["--ros-args", "-r", "imu/data_corrected:=imu/data_raw"]
+    lossless = graph.lossless("imu/data_raw", "joint_states", published=OUTPUTS)
+    graph.add(FilterNode(cli_args=remap, **graph.options(**lossless)))
+    tilts = graph.collect(Float64, "tilt")
+    graph.settle()
+    drive = sensors.drive(COUNT)
+    sensors.imu(int(drive.imu.stamps[0]) - 2_000_000_000, accel=(0.0, 0.0, 9.8))
+    graph.spin_until(lambda: len(tilts) == 1)
+    graph.settle()  # now that the first sample was raw, the node listens to the wheels
+    sensors.play(drive)
+    # Those after the last wheel reading go on without it when nothing more arrives.
+    graph.spin_until(lambda: len(tilts) == COUNT + 1)
+    np.testing.assert_allclose(
+        [message.data for message in tilts[1:]], offline(drive, "complementary").tilt, atol=1e-12
+    )
+
+
+def test_switching_under_load_loses_nothing_and_does_not_jump(graph: Any, sensors: Any) -> None:
+    node = both_in(graph)
+    imus = graph.collect(Imu, "imu/data")
+    graph.settle()
+    names = [name for name, entry in filters().items() if entry.name != "accelerometer"]
+    drive = sensors.drive(20 * len(names))
+    for index, name in enumerate(names):
+        sensors.play(drive, start=20 * index, stop=20 * (index + 1))
+        assert node.set_parameters([Parameter("filter", value=name)])[0].successful
+    graph.spin_until(lambda: len(imus) == 20 * len(names))
+    assert [stamp_of(message) for message in imus] == drive.imu.stamps.tolist()
+    tilt = np.array([tilt_of(message.orientation) for message in imus])
+    # The motion itself and every filter's correction stay far below this between two samples.
+    assert np.abs(np.diff(tilt)).max() < 0.02
+
+
+def test_a_half_bad_request_changes_nothing(graph: Any) -> None:
+    node = filter_in(graph)
+    before = node.get_parameter("kalman.q1").value
+    for bad, said in (
+        (Parameter("complementary.time_constant", value=-1.0), "time_constant"),
+        (Parameter("filter", value="unheard_of"), "unheard_of"),
+        (Parameter("compare", value=["kalman", "nobody"]), "nobody"),
+        (Parameter("tilt_sign", value=0.5), "tilt_sign"),
+    ):
+        good = Parameter("kalman.q1", value=2.0 * before)
+        result = node.set_parameters_atomically([good, bad])
+        assert not result.successful and said in result.reason
+        assert node.get_parameter("kalman.q1").value == before
+    assert node.set_parameters_atomically([Parameter("kalman.q1", value=2.0 * before)]).successful
+
+
+def corrected(sensors: Any, index: int, angle: float, stamp: int | None = None) -> None:
+    at = 10**12 + index * 2_000_000 if stamp is None else stamp
+    sensors.corrected(at, angle)
+
+
+def test_parameters_act_from_the_next_sample_on(graph: Any, sensors: Any) -> None:
+    node = filter_in(graph, tilt_sign=-1.0, tilt_offset=0.1)
+    tilts = graph.collect(Float64, "tilt")
+    graph.settle()
+    corrected(sensors, 0, 0.3)
+    graph.spin_until(lambda: len(tilts) == 1)
+    assert tilts[0].data == pytest.approx(-0.2)
+    node.set_parameters([Parameter("filter", value="accelerometer")])
+    corrected(sensors, 1, 0.5)
+    graph.spin_until(lambda: len(tilts) == 2)
+    assert tilts[1].data == pytest.approx(-0.4)
+
+
+def test_bad_stamps_and_values_have_their_outcomes(graph: Any, sensors: Any) -> None:
+    filter_in(graph, filter="accelerometer", timeout=20.0)
+    tilts, diagnostics = (
+        graph.collect(Float64, "tilt"),
+        graph.collect(DiagnosticArray, "/diagnostics"),
+    )
+    graph.settle()
+    for index in range(5):
+        corrected(sensors, index, 0.1)
+    corrected(sensors, 4, 0.2)  # repeated
+    corrected(sensors, 2, 0.2)  # late
+    corrected(sensors, 0, 0.2, stamp=0)
+    corrected(sensors, 5, math.nan)
+    corrected(sensors, 6, 0.3)
+    corrected(sensors, 3_000_000, 0.4)  # far ahead
+    corrected(sensors, 7, 0.5)  # back again
+    corrected(sensors, 8, 0.6)
+    graph.spin_until(lambda: len(tilts) == 9)
+    assert [round(message.data, 9) for message in tilts] == [0.1] * 5 + [0.3, 0.4, 0.5, 0.6]
+
+    def counts() -> dict[str, str]:
+        mine = [s for each in diagnostics for s in each.status if s.name == "filter_node"]
+        return {each.key: each.value for each in mine[-1].values} if mine else {}
+
+    graph.spin_until(lambda: counts().get("imu_restart") == "1")
+    expected = {"imu_repeated_stamp": "1", "imu_late_stamp": "1", "imu_zero_stamp": "1"}
+    expected |= {"imu_not_finite": "1", "imu_gap": "1", "samples": "9"}
+    assert expected.items() <= counts().items()
+
+
+def test_stale_input_is_not_valid_and_recovers(graph: Any, sensors: Any) -> None:
+    filter_in(graph, timeout=0.1)
+    valid, diagnostics = (
+        graph.collect(Bool, "tilt/valid"),
+        graph.collect(DiagnosticArray, "/diagnostics"),
+    )
+    tilts = graph.collect(Float64, "tilt")
+    graph.settle()
+    graph.spin_until(lambda: len(valid) >= 1)
+    assert not valid[-1].data and not tilts
+    corrected(sensors, 0, 0.1)
+    graph.spin_until(lambda: valid[-1].data)
+    graph.spin_until(lambda: not valid[-1].data)
+    graph.spin_until(lambda: any("stale" in s.message for each in diagnostics for s in each.status))
+    corrected(sensors, 1, 0.1)
+    graph.spin_until(lambda: valid[-1].data)
+
+
+def test_reset_starts_from_the_next_sample(graph: Any, sensors: Any) -> None:
+    filter_in(graph, complementary__time_constant=1000.0)
+    tilts = graph.collect(Float64, "tilt")
+    graph.settle()
+    corrected(sensors, 0, 0.0)
+    corrected(sensors, 1, 0.5)
+    graph.spin_until(lambda: len(tilts) == 2)
+    assert abs(tilts[1].data) < 0.01
+    assert graph.call(Trigger, "/filter_node/reset", Trigger.Request()).success
+    corrected(sensors, 2, 0.5)
+    graph.spin_until(lambda: len(tilts) == 3)
+    assert tilts[2].data == pytest.approx(0.5)
+
+
+def test_a_missing_transform_message_is_said_not_fatal(graph: Any, sensors: Any) -> None:
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
+    try:
+        import tf2_msgs  # noqa: F401
+    except ImportError:
+        pass
+    else:
+        pytest.skip("tf2_msgs is installed here")
+    filter_in(graph, publish_tf=True, timeout=20.0)
+    graph.settle()
+    sensors.corrected(10**12, 0.1)
+    graph.spin_until(
+        lambda: any("tf2_msgs is not installed" in s.message for m in diagnostics for s in m.status)
+    )

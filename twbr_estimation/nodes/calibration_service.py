@@ -1,0 +1,114 @@
+"""The service that calibrates a robot at rest, and the file that keeps the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from ..errors import TwbrError
+from ..robot import Calibration, Setup
+from ..samples import Sample
+from ..streams.stillness import StillnessSettings, still_calibration
+from ..yaml_files import read_setup, write_section
+from .declarations import declarations_of, settings_from
+from .parameters import NodeParameters
+from .qos import LATCHED
+
+CALIBRATION_FILE = "calibration_file"
+
+
+class CalibrationService:
+    """`~/calibrate`, the latched `is_calibrated`, loading and saving.
+
+    The service looks back at the readings of the last seconds, so it answers at once.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        setup: Callable[[], Setup],
+        recent: Callable[[], Sequence[Sample]],
+    ) -> None:
+        """Load the file where there is one, and offer the service.
+
+        Args:
+            node: The node whose parameters `calibration.*` are set.
+            setup: Returns the setup in force.
+            recent: Returns the latest raw samples, oldest first.
+
+        Raises:
+            ConfigurationError: the file is there but cannot be used.
+        """
+        self._node, self._setup, self._recent = node, setup, recent
+        defaults = StillnessSettings()
+        self._stillness = NodeParameters(
+            node,
+            declarations_of(defaults, "stillness."),
+            lambda values: settings_from(defaults, values, "stillness."),
+        )
+        name = node.declare_parameter(CALIBRATION_FILE, "").value
+        self._path = Path(name).expanduser() if name else None
+        self.calibrated = self._load() or setup().calibration != Calibration()
+        """Whether the calibration is more than the defaults."""
+        self._publisher = node.create_publisher(Bool, "is_calibrated", LATCHED)
+        self._publisher.publish(Bool(data=self.calibrated))
+        self._service = node.create_service(Trigger, "~/calibrate", self._calibrate)
+
+    def _load(self) -> bool:
+        if self._path is None or not self._path.exists():
+            return False
+        self._use(read_setup(self._path).calibration)
+        self._node.get_logger().info(f"calibration loaded from {self._path}")
+        return True
+
+    def _use(self, calibration: Calibration) -> None:
+        """Set the parameters `calibration.*`; what they are checked against applies here too."""
+        declared = declarations_of(calibration, "calibration.")
+        changes = [
+            Parameter(each.name, value=list(each.default))
+            if isinstance(each.default, tuple)
+            else Parameter(each.name, value=each.default)
+            for each in declared
+            if each.default != ()
+        ]
+        result = self._node.set_parameters_atomically(changes)
+        if not result.successful:
+            raise TwbrError(result.reason)
+
+    def _calibrate(self, request: Any, response: Any) -> Any:
+        del request
+        setup = self._setup()
+        try:
+            calibration = still_calibration(
+                self._recent(), setup.calibration, setup.robot, self._stillness.current
+            )
+            self._use(calibration)
+            saved = self._save(calibration)
+        except (TwbrError, OSError) as error:
+            response.success, response.message = False, str(error)
+            self._node.get_logger().warning(f"not calibrated: {error}")
+            return response
+        self.calibrated = True
+        self._publisher.publish(Bool(data=True))
+        bias = ", ".join(f"{value:.6f}" for value in calibration.gyro_bias)
+        response.success, response.message = True, f"gyro bias {bias} rad/s; {saved}"
+        self._node.get_logger().info(response.message)
+        return response
+
+    def _save(self, calibration: Calibration) -> str:
+        if self._path is None:
+            return f"not saved: the parameter {CALIBRATION_FILE} is empty"
+        provenance: dict[str, str | float] = {
+            "source": f"service {self._service.srv_name} of a robot at rest",
+            "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "duration": self._stillness.current.duration,
+        }
+        write_section(self._path, calibration, provenance, replace=True)
+        return f"saved to {self._path}"

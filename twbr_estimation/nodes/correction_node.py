@@ -1,0 +1,149 @@
+"""`imu/data_raw` and `joint_states` to `imu/data_corrected`: calibrated, in body axes.
+
+The orientation of what is published is the angle of Laddach 2022 (13) about +y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+
+from ..errors import MessageError
+from ..pairing import WheelReading
+from ..robot import Setup
+from ..samples import CorrectedSample, Sample
+from ..streams.cdr import ImuEncoder, WheelDecoder, decode_raw_imu
+from ..streams.corrected import imu_values
+from ..streams.correction import CorrectionStream, Stamped
+from ..streams.inputs import InputSettings
+from .calibration_service import CalibrationService
+from .declarations import declarations_of, settings_from
+from .diagnostics import Diagnostics, Level, Report
+from .parameters import NodeParameters
+from .qos import PUBLISHED, SUBSCRIBED, overridable
+from .spin import run
+from .watchdog import Watchdog
+
+KEPT_SAMPLES = 5_000
+"""Raw samples kept for a calibration: five seconds at 1 kHz."""
+
+
+class CorrectionNode(Node):
+    """Subscribes, corrects, publishes; the work is done by a `CorrectionStream`."""
+
+    def __init__(
+        self, listener: Callable[[int, CorrectedSample], None] | None = None, **options: Any
+    ) -> None:
+        """Create the node.
+
+        Args:
+            listener: Called with stamp [ns] and sample before each publication, for a filter
+                in the same process.
+            options: Options of `rclpy.node.Node`.
+        """
+        super().__init__("correction_node", **options)
+        inputs = self._declare_inputs()
+        setup = NodeParameters(
+            self,
+            declarations_of(Setup()),
+            lambda values: settings_from(Setup(), values),
+            lambda setup: self._stream.configure(setup),
+        )
+        self._stream = CorrectionStream(setup.current, inputs.wheel_wait, KEPT_SAMPLES)
+        self._setup, self._listener = setup, listener
+        self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
+        self._wheels = WheelDecoder(inputs.left_wheel_joint, inputs.right_wheel_joint)
+        self._unreadable = 0
+        self._connect()
+        self._watchdog = Watchdog(self, inputs.timeout, self._tick)
+        self._diagnostics = Diagnostics(self, self._report)
+
+    def _declare_inputs(self) -> InputSettings:
+        declared = declarations_of(InputSettings(), read_only=True)
+        return NodeParameters(
+            self, declared, lambda values: settings_from(InputSettings(), values)
+        ).current
+
+    def _connect(self) -> None:
+        frame = self.declare_parameter("frame_id", "imu_link").value
+        self._encoder = ImuEncoder(frame)
+        self._publisher = self.create_publisher(
+            Imu, "imu/data_corrected", PUBLISHED, qos_overriding_options=overridable()
+        )
+        for kind, topic, callback in (
+            (Imu, "imu/data_raw", self._on_imu),
+            (JointState, "joint_states", self._on_joints),
+        ):
+            self.create_subscription(
+                kind, topic, callback, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
+            )
+
+    def take_imu(self, stamp: int, values: tuple[float, ...]) -> None:
+        """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2] stamped `stamp` [ns]."""
+        self._take(self._stream.add_imu(stamp, values))
+
+    def take_wheels(self, reading: WheelReading) -> None:
+        """Take a reading of the wheel encoders."""
+        self._take(self._stream.add_wheels(reading))
+
+    def _on_imu(self, data: bytes) -> None:
+        try:
+            stamp, values = decode_raw_imu(data)
+        except MessageError:
+            self._unreadable += 1
+            return
+        self.take_imu(stamp, values)
+
+    def _on_joints(self, data: bytes) -> None:
+        try:
+            reading = self._wheels.decode(data)
+        except MessageError:
+            self._unreadable += 1
+            return
+        if reading is not None:
+            self.take_wheels(reading)
+
+    def _take(self, corrected: Stamped) -> None:
+        if corrected:
+            self._watchdog.feed()
+            self._publish(corrected)
+
+    def _publish(self, corrected: Stamped) -> None:
+        for stamp, sample in corrected:
+            if self._listener is not None:
+                self._listener(stamp, sample)
+            values = imu_values(sample, sample.angle, sample.angle_variance, sample.gyro_y)
+            self._publisher.publish(self._encoder.encode(stamp, values))
+
+    def _recent(self) -> list[Sample]:
+        return list(self._stream.recent) if self._watchdog.fresh else []
+
+    def _tick(self) -> None:
+        if not self._watchdog.fresh:
+            self._publish(self._stream.flush())
+
+    def _report(self) -> Report:
+        stream = self._stream
+        values = {
+            "calibrated": self._calibration.calibrated,
+            **stream.counts,
+            **{f"imu_{name}": count for name, count in stream.imu_guard.counts.items()},
+            **{f"wheel_{name}": count for name, count in stream.wheel_guard.counts.items()},
+            "unreadable_messages": self._unreadable,
+        }
+        if not self._watchdog.started:
+            return Report(Level.WARN, "waiting for imu/data_raw", values)
+        if not self._watchdog.fresh:
+            age = self._watchdog.age
+            return Report(Level.ERROR, f"no usable sample on imu/data_raw for {age:.1f} s", values)
+        if self._setup.current.correction.wheel and not stream.wheels_known:
+            return Report(Level.WARN, "no wheel readings: their terms are left out", values)
+        return Report(Level.OK, "correcting", values)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is asked to stop."""
+    return run(CorrectionNode, arguments)

@@ -1,0 +1,162 @@
+"""`imu/data_corrected`, or `imu/data_raw` straight in, to the tilt.
+
+Publishes `tilt`, `imu/data`, `tilt/compare` and `tilt/valid`. The filter, its parameters and
+the filters that run beside it change between two samples.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+from std_srvs.srv import Trigger
+
+from ..errors import MessageError
+from ..samples import CorrectedSample
+from ..streams.filtering import FilterStream
+from ..streams.inputs import InputSettings
+from ..streams.tilt_input import TiltInput
+from .declarations import declarations_of, settings_from
+from .diagnostics import Diagnostics, Level, Report
+from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
+from .parameters import NodeParameters
+from .qos import SUBSCRIBED, overridable
+from .spin import run
+from .tilt_outputs import TiltOutputs
+from .tilt_transform import TiltTransform
+from .watchdog import Watchdog
+
+
+class FilterNode(Node):
+    """Subscribes, filters, publishes; the work is done by a `FilterStream`."""
+
+    def __init__(self, subscribe: bool = True, **options: Any) -> None:
+        """Create the node.
+
+        Args:
+            subscribe: False where a correction in the same process calls `take`.
+            options: Options of `rclpy.node.Node`.
+        """
+        super().__init__("filter_node", **options)
+        self._chosen = declare_filter_parameters(self, self._configure)
+        configuration = self._chosen.current
+        declared = declarations_of(InputSettings(), read_only=True)
+        inputs = NodeParameters(
+            self, declared, lambda values: settings_from(InputSettings(), values)
+        ).current
+        self._stream = FilterStream(configuration.filters)
+        self._input = TiltInput(inputs, configuration.setup)
+        self._outputs = TiltOutputs(self, self.declare_parameter("frame_id", "imu_link").value)
+        self._transform = TiltTransform(self)
+        self._counts = {"samples": 0, "not_finite_estimates": 0, "unreadable_messages": 0}
+        self._trusted, self._dt = True, 0.0
+        self._subscribes, self._joints = subscribe, None
+        if subscribe:
+            self._subscribe(Imu, "imu/data_corrected", self._on_imu)
+            self._find_wheels()
+        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
+        self._watchdog = Watchdog(self, inputs.timeout, self._tick)
+        self._diagnostics = Diagnostics(self, self._report)
+
+    def _subscribe(self, kind: Any, topic: str, callback: Any) -> Any:
+        return self.create_subscription(
+            kind, topic, callback, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
+        )
+
+    def _find_wheels(self) -> None:
+        """Listen to the wheels from the moment on when something needs them."""
+        self._input.pair_wheels = self._stream.uses_wheels
+        if self._subscribes and self._joints is None and self._input.needs_wheels:
+            self._joints = self._subscribe(JointState, "joint_states", self._on_joints)
+
+    def _configure(self, configuration: FilterNodeConfiguration) -> None:
+        self._stream.configure(configuration.filters)
+        self._input.configure(configuration.setup)
+        self._find_wheels()
+
+    def _on_imu(self, data: bytes) -> None:
+        was_raw = self._input.raw
+        try:
+            ready = self._input.add_imu(data)
+        except MessageError:
+            self._counts["unreadable_messages"] += 1
+            return
+        if self._input.raw and not was_raw:
+            self.get_logger().info("the Imu messages report no orientation: correcting them here")
+            self._find_wheels()
+        for stamp, sample in ready:
+            self.take(stamp, sample)
+
+    def _on_joints(self, data: bytes) -> None:
+        try:
+            ready = self._input.add_wheels(data)
+        except MessageError:
+            self._counts["unreadable_messages"] += 1
+            return
+        for stamp, sample in ready:
+            self.take(stamp, sample)
+
+    def take(self, stamp: int, sample: CorrectedSample) -> None:
+        """Filter and publish one corrected sample of this stamp [ns]."""
+        self._watchdog.feed()
+        self._filter(stamp, sample)
+        self._outputs.publish_valid(self._trusted, always=False)
+
+    def _filter(self, stamp: int, sample: CorrectedSample) -> None:
+        stream, outputs = self._stream, self._outputs
+        estimate = stream.step(sample)
+        self._counts["samples"] += 1
+        self._dt = sample.dt
+        if not math.isfinite(estimate.tilt + estimate.rate + estimate.tilt_variance):
+            self._counts["not_finite_estimates"] += 1
+            self._trusted = False
+            stream.reset()
+            return
+        age = self._age(stamp) if stream.settings.predict else 0.0
+        tilt = stream.published_tilt(estimate, age)
+        outputs.publish(stamp, sample, estimate, tilt, stream.variance(estimate))
+        outputs.publish_comparison(stamp, stream.compared())
+        self._transform.publish(stamp, estimate.tilt)
+        self._trusted = stream.trusted(estimate)
+
+    def _age(self, stamp: int) -> float:
+        return (self.get_clock().now().nanoseconds - stamp) * 1e-9
+
+    def _on_reset(self, request: Any, response: Any) -> Any:
+        del request
+        self._stream.reset()
+        response.success, response.message = True, "the filters start afresh at the next sample"
+        return response
+
+    def _tick(self) -> None:
+        fresh = self._watchdog.fresh
+        if not fresh:
+            for stamp, sample in self._input.flush():
+                self._filter(stamp, sample)
+        self._outputs.publish_valid(fresh and self._trusted)
+
+    def _report(self) -> Report:
+        values = {
+            "filter": self._stream.settings.filter,
+            "input": "raw" if self._input.raw else "corrected",
+            **self._counts,
+            **self._input.counts(),
+        }
+        if not self._watchdog.started:
+            return Report(Level.WARN, "waiting for imu/data_corrected", values)
+        if not self._watchdog.fresh:
+            age = self._watchdog.age
+            return Report(Level.ERROR, f"stale: no usable sample for {age:.1f} s", values)
+        if not self._trusted:
+            return Report(Level.WARN, "the filter does not trust its own estimate", values)
+        warnings = [*self._stream.warnings(self._dt), self._transform.problem]
+        if any(warnings):
+            return Report(Level.WARN, "; ".join(each for each in warnings if each), values)
+        return Report(Level.OK, "estimating", values)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is asked to stop."""
+    return run(FilterNode, arguments)

@@ -1,0 +1,50 @@
+"""The parameters of all filters, the choice among them and the robot, as one whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+
+from ..filters.base import filters
+from ..robot import Setup
+from ..streams.filtering import FilterConfiguration, FilterSettings
+from .declarations import (
+    declarations_of,
+    declarations_of_filter,
+    filter_parameters_from,
+    settings_from,
+)
+from .parameters import NodeParameters
+
+
+class FilterNodeConfiguration(NamedTuple):
+    """What the parameters of a filter node say."""
+
+    filters: FilterConfiguration
+    setup: Setup
+    """For an input that is not corrected yet."""
+
+
+def declare_filter_parameters(
+    node: Node, apply: Callable[[FilterNodeConfiguration], None]
+) -> NodeParameters[FilterNodeConfiguration]:
+    """Declare them; `apply` takes over each accepted change.
+
+    Raises:
+        ConfigurationError: an initial value that is refused.
+    """
+    declared = [*declarations_of(FilterSettings()), *declarations_of(Setup())]
+    for entry in filters().values():
+        declared.extend(declarations_of_filter(entry))
+    return NodeParameters(node, declared, _configuration, apply)
+
+
+def _configuration(values: Mapping[str, Any]) -> FilterNodeConfiguration:
+    setup = settings_from(Setup(), values)
+    parameters = {
+        name: filter_parameters_from(entry, values)._asdict() for name, entry in filters().items()
+    }
+    settings = settings_from(FilterSettings(), values)
+    return FilterNodeConfiguration(FilterConfiguration(settings, parameters, setup.robot), setup)

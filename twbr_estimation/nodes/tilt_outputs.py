@@ -1,0 +1,75 @@
+"""What a filter node publishes: `tilt`, `imu/data`, `tilt/compare`, `tilt/valid`, TF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, Float64
+
+from ..samples import CorrectedSample, TiltEstimate
+from ..streams.cdr import ImuEncoder, JointStateEncoder, encode_float64
+from ..streams.corrected import imu_values
+from .qos import LATCHED, PUBLISHED, overridable
+
+
+class TiltOutputs:
+    """Publishers of one filter node with their serialisers."""
+
+    def __init__(self, node: Node, frame: str) -> None:
+        """Create the publishers; nothing is published yet.
+
+        Args:
+            node: The node that publishes.
+            frame: Frame id of `imu/data`.
+        """
+        options = {"qos_overriding_options": overridable()}
+        self._tilt = node.create_publisher(Float64, "tilt", PUBLISHED, **options)
+        self._imu = node.create_publisher(Imu, "imu/data", PUBLISHED, **options)
+        self._compare = node.create_publisher(JointState, "tilt/compare", PUBLISHED, **options)
+        self._valid = node.create_publisher(Bool, "tilt/valid", LATCHED)
+        self._imu_encoder = ImuEncoder(frame)
+        self._compare_names: tuple[str, ...] = ()
+        self._compare_encoder = JointStateEncoder(())
+        self._was_valid: bool | None = None
+
+    def publish(
+        self,
+        stamp: int,
+        sample: CorrectedSample,
+        estimate: TiltEstimate,
+        tilt: float,
+        variance: float,
+    ) -> None:
+        """Publish `tilt` first, then `imu/data`.
+
+        Args:
+            stamp: Stamp of the sample [ns].
+            sample: The corrected sample.
+            estimate: What the chosen filter says about it.
+            tilt: For the controller: with sign, offset and prediction [rad].
+            variance: Variance of the estimate [rad^2].
+        """
+        self._tilt.publish(encode_float64(tilt))
+        values = imu_values(sample, estimate.tilt, variance, estimate.rate)
+        self._imu.publish(self._imu_encoder.encode(stamp, values))
+
+    def publish_comparison(self, stamp: int, estimates: Mapping[str, TiltEstimate]) -> None:
+        """Publish the estimates of the filters that run beside; those not finite are left out."""
+        finite = {name: e for name, e in estimates.items() if math.isfinite(e.tilt + e.rate)}
+        if not finite:
+            return
+        names = tuple(finite)
+        if names != self._compare_names:
+            self._compare_names, self._compare_encoder = names, JointStateEncoder(names)
+        tilts = [estimate.tilt for estimate in finite.values()]
+        rates = [estimate.rate for estimate in finite.values()]
+        self._compare.publish(self._compare_encoder.encode(stamp, tilts, rates))
+
+    def publish_valid(self, valid: bool, always: bool = True) -> None:
+        """Publish whether the tilt can be used; only a change unless `always`."""
+        if always or valid is not self._was_valid:
+            self._was_valid = valid
+            self._valid.publish(Bool(data=valid))

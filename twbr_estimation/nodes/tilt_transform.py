@@ -1,0 +1,44 @@
+"""The tilt as a transform on `/tf`, where the messages for it are installed."""
+
+from __future__ import annotations
+
+import math
+
+from rclpy.node import Node
+
+from .qos import DEPTH
+
+
+class TiltTransform:
+    """Publishes parent to child, turned by the tilt about +y; says so where it cannot."""
+
+    def __init__(self, node: Node) -> None:
+        """Declare `publish_tf`, `tf_parent` and `tf_child`; publish where asked and possible."""
+        wanted = node.declare_parameter("publish_tf", False).value
+        parent = node.declare_parameter("tf_parent", "base_footprint").value
+        child = node.declare_parameter("tf_child", "base_link").value
+        self.problem = ""
+        """Why there is no transform although it was asked for; empty where all is well."""
+        self._publisher = None
+        if not wanted:
+            return
+        try:
+            from geometry_msgs.msg import TransformStamped
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            self.problem = "publish_tf is set but tf2_msgs is not installed: no transform"
+            node.get_logger().error(self.problem)
+            return
+        self._transform = TransformStamped(child_frame_id=child)
+        self._transform.header.frame_id = parent
+        self._message = TFMessage(transforms=[self._transform])
+        self._publisher = node.create_publisher(TFMessage, "/tf", DEPTH)
+
+    def publish(self, stamp: int, tilt: float) -> None:
+        """Publish the transform of this stamp [ns] and tilt [rad], if there is a publisher."""
+        if self._publisher is None:
+            return
+        time, rotation = self._transform.header.stamp, self._transform.transform.rotation
+        time.sec, time.nanosec = divmod(stamp, 1_000_000_000)
+        rotation.y, rotation.w = math.sin(0.5 * tilt), math.cos(0.5 * tilt)
+        self._publisher.publish(self._message)
