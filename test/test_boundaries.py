@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,17 +13,16 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "twbr_estimation"
 
-LAYERS = (
-    {"errors", "samples"},
-    {"bounds", "compilation"},
-    {"recording", "robot", "plant", "sensors"},
-    {"pairing", "correction", "filters"},
-    {"batch", "estimator", "settings"},
-    {"tuning", "evaluation", "calibration", "noise", "simulation", "control"},
-    {"bags", "messages", "parameter_file", "yaml_files", "presets", "scores"},
-    {"offline", "report", "streams"},
-    {"cli", "nodes"},
-)
+PICTURE = PACKAGE.parent / "docs" / "architecture.md"
+
+
+def documented_layers() -> list[set[str]]:
+    """Return the names in the table of layers from the bottom row up."""
+    rows = re.findall(r"^\| \w+ \| (`.+?`) \|", PICTURE.read_text(), re.MULTILINE)
+    return [set(re.findall(r"`(\w+)`", row)) for row in reversed(rows)]
+
+
+LAYERS = documented_layers()
 """Files and folders of the package from the bottom up; each may import its own layer and below."""
 
 ROS = {
@@ -57,7 +57,7 @@ def imported(path: Path) -> Iterator[str]:
 
 def layer(name: str) -> int:
     found = [index for index, names in enumerate(LAYERS) if name in names]
-    assert len(found) == 1, f"{name} must stand in exactly one of LAYERS"
+    assert len(found) == 1, f"{name} must stand once in the table of {PICTURE.name}"
     return found[0]
 
 
