@@ -1,0 +1,81 @@
+"""All messages of a bag as they were serialised, in the order in which they were recorded."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RecordingError
+from .batch import IntArray, MessageBatch
+from .storage import bag_files, opened
+
+
+@dataclass(frozen=True, slots=True)
+class Playback:
+    """A bag's messages in memory, oldest first."""
+
+    types: dict[str, str]
+    """Message type by topic, of the topics that are played."""
+    times: IntArray
+    """When each message was recorded [ns], (n,), increasing or equal."""
+    repairs: Counter[str]
+    """What could not be read, counted."""
+    _topics: tuple[str, ...]
+    _batches: tuple[MessageBatch, ...]
+    _places: NDArray[np.int32]
+    """Batch and index in it of each message, (n, 2)."""
+
+    def __len__(self) -> int:
+        return int(self.times.size)
+
+    def time(self, index: int) -> int:
+        """Return when a message was recorded [ns]."""
+        return int(self.times[index])
+
+    def message(self, index: int) -> tuple[str, bytes]:
+        """Return topic and serialised content of one message."""
+        batch, place = self._places[index]
+        return self._topics[batch], self._batches[batch].message(int(place))
+
+    def first_at(self, time: int) -> int:
+        """Return the index of the first message recorded at `time` [ns] or later."""
+        return int(np.searchsorted(self.times, time))
+
+
+def read_playback(path: Path, without: frozenset[str] = frozenset()) -> Playback:
+    """Read every message of a bag into memory.
+
+    Args:
+        path: a recording in any form that `read_recording` takes.
+        without: topics to leave out.
+
+    Raises:
+        RecordingError: no bag, or no message in it.
+    """
+    types: dict[str, str] = {}
+    repairs: Counter[str] = Counter()
+    topics: list[str] = []
+    batches: list[MessageBatch] = []
+    for file in bag_files(path):
+        with opened(file) as storage:
+            for _ in storage.batches(frozenset()):  # makes the types known
+                pass
+            storage.repairs.clear()
+            for topic, batch in storage.batches(frozenset(storage.types) - without):
+                topics.append(topic)
+                batches.append(batch.decompressed())
+                types[topic] = storage.types[topic]
+            repairs.update(storage.repairs)
+    if not batches:
+        raise RecordingError(f"{path}: there is no message to play")
+    times = np.concatenate([batch.bag_times for batch in batches])
+    sizes = [batch.bag_times.size for batch in batches]
+    owner = np.repeat(np.arange(len(batches), dtype=np.int32), sizes)
+    place = np.concatenate([np.arange(size, dtype=np.int32) for size in sizes])
+    order = np.argsort(times, kind="stable")
+    places = np.column_stack([owner, place])[order]
+    return Playback(types, times[order], repairs, tuple(topics), tuple(batches), places)

@@ -1,0 +1,293 @@
+"""Play a recording into the graph: with its timing, or as fast as the graph can take it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_srvs.srv import Trigger
+
+from ..bags.playback import read_playback
+from ..bounds import Bounds, require_bounds
+from ..errors import ConfigurationError, TwbrError
+from ..streams.pacing import Pace, Window
+from ..streams.player import Player, Stretch, stamp_of
+from .declarations import declarations_of, settings_from
+from .diagnostics import Diagnostics, Level, Report
+from .message_types import has_header, message_type
+from .parameters import NodeParameters
+from .qos import PUBLISHED, overridable
+from .spin import run
+
+CHANGEABLE = ("rate", "loop")
+"""Parameters that can change while it plays."""
+FLUSH_LIMIT = 2.0
+"""Longest wait for subscribers to acknowledge what was sent [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReplaySettings:
+    """Parameters of the node."""
+
+    bag: str = ""
+    """The recording: a rosbag2 directory, an .mcap or .db3 file, or a ROS 1 bag."""
+    rate: Annotated[
+        float, Bounds(0.0, 1000.0, "", "Speed; 1 as recorded, 0 as fast as the graph can take it")
+    ] = 1.0
+    loop: bool = False
+    """Begin again at the end."""
+    start: Annotated[float, Bounds(0.0, 1e6, "s", "Time at the beginning that is left out")] = 0.0
+    duration: Annotated[
+        float, Bounds(0.0, 1e6, "s", "Time that is played from there; 0 is all")
+    ] = 0.0
+    paused: bool = False
+    """Wait for the service `resume` before the first message."""
+    exit_at_end: bool = False
+    """End the process after the last message."""
+    clock: bool = True
+    """Publish the recorded time on `/clock`."""
+    restamp: bool = False
+    """Shift header stamps and `/clock` so that each pass begins now; otherwise unchanged."""
+    exclude: tuple[str, ...] = (
+        "/imu/data_corrected",
+        "/imu/data",
+        "/tilt",
+        "/tilt/compare",
+        "/tilt/valid",
+        "/diagnostics",
+        "/clock",
+        "/rosout",
+        "/parameter_events",
+    )
+    """Topics that are not played; by default those that the running nodes publish themselves."""
+    wait_for: tuple[str, ...] = ()
+    """Topics that need a publisher and a subscriber before the first message."""
+    wait_limit: Annotated[
+        float, Bounds(0.0, 3600.0, "s", "Longest wait for them; then the node ends with an error")
+    ] = 30.0
+    delay: Annotated[
+        float, Bounds(0.0, 3600.0, "s", "Pause between finding the graph and the first message")
+    ] = 0.5
+    follow: tuple[str, ...] = ()
+    """At rate 0: topics with a header whose stamps say how far their publishers have come."""
+    window: Annotated[
+        int, Bounds(1, 10000, "", "At rate 0: messages that may be under way at a time")
+    ] = 100
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+
+
+class ReplayNode(Node):
+    """Publishes from a thread; services and reports come in through the executor."""
+
+    def __init__(self, **options: Any) -> None:
+        """Read the recording and start to play it.
+
+        Raises:
+            TwbrError: a parameter or the recording cannot be used.
+        """
+        super().__init__("replay_node", **options)
+        self._settings = self._declare_parameters()
+        self._publishers_by_topic: dict[str, Any] = {}
+        self._stamped: set[str] = set()
+        self.player = self._make_player(self._settings)
+        self._clock_publisher = self.create_publisher(ClockMessage, "/clock", PUBLISHED)
+        self.create_service(Trigger, "~/pause", self._on_pause)
+        self.create_service(Trigger, "~/resume", self._on_resume)
+        self._state = "waiting for the graph"
+        self._error: TwbrError | None = None
+        self._finished = threading.Event()
+        self._stopping = threading.Event()
+        self._diagnostics = Diagnostics(self, self.report, self._settings.bag)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._end_timer = self.create_timer(0.05, self._end_if_finished, clock=steady)
+        self._thread = threading.Thread(target=self._play, name="player", daemon=True)
+        self._thread.start()
+
+    def _declare_parameters(self) -> ReplaySettings:
+        names = {entry.name for entry in fields(ReplaySettings)}
+        fixed = tuple(sorted(names - set(CHANGEABLE)))
+        declared = declarations_of(ReplaySettings(), only=CHANGEABLE)
+        declared += declarations_of(ReplaySettings(), read_only=True, only=fixed)
+        parameters = NodeParameters(self, declared, self._build, self._apply)
+        return parameters.current
+
+    def _build(self, values: Mapping[str, Any]) -> ReplaySettings:
+        settings = settings_from(ReplaySettings(), values)
+        if not settings.bag:
+            raise ConfigurationError("bag: name the recording to play")
+        return settings
+
+    def _apply(self, settings: ReplaySettings) -> None:
+        self.player.loop = settings.loop
+        self.player.set_rate(settings.rate)
+
+    def _make_player(self, settings: ReplaySettings) -> Player:
+        playback = read_playback(Path(settings.bag), frozenset(settings.exclude))
+        for repair, count in playback.repairs.items():
+            self.get_logger().warning(f"{settings.bag}: {repair}: {count}")
+        for topic, kind in playback.types.items():
+            self._announce(topic, kind)
+        follow = [self.resolve_topic_name(topic) for topic in settings.follow if topic]
+        player = Player(
+            playback,
+            self,
+            Pace(settings.rate, settings.paused),
+            Window(settings.window, follow) if follow else None,
+            Stretch(settings.start, settings.duration, settings.restamp),
+        )
+        player.loop = settings.loop
+        return player
+
+    def _announce(self, topic: str, name: str) -> None:
+        """Create the publisher of a recorded topic; unknown types are not played."""
+        try:
+            kind = message_type(name)
+        except ConfigurationError as error:
+            self.get_logger().warning(f"{topic} is not played: {error}")
+            return
+        self._publishers_by_topic[topic] = self.create_publisher(
+            kind, topic, PUBLISHED, qos_overriding_options=overridable()
+        )
+        if has_header(kind):
+            self._stamped.add(topic)
+
+    def _play(self) -> None:
+        """Body of the player's thread."""
+        try:
+            self._wait_for_graph()
+            if not self._stopping.wait(self._settings.delay):
+                self._state = "playing"
+                self.player.play(self._stamped)
+        except TwbrError as error:
+            self._error = error
+        except RuntimeError:
+            if self.context.ok():  # else a signal shut the context down below the thread
+                raise
+        finally:
+            self._finished.set()
+
+    def _wait_for_graph(self) -> None:
+        """Wait for publishers and subscribers of `wait_for` and publishers of `follow`.
+
+        Raises:
+            ConfigurationError: they did not appear in time, or a followed topic has no header.
+        """
+        settings, end = self._settings, time.monotonic() + self._settings.wait_limit
+        while missing := self._missing(settings):
+            if self._stopping.wait(0.05):
+                return
+            if time.monotonic() > end:
+                raise ConfigurationError(
+                    f"wait_for: after {settings.wait_limit:g} s there is still no "
+                    + ", no ".join(missing)
+                )
+        for topic in settings.follow:
+            self._follow(self.resolve_topic_name(topic))
+
+    def _missing(self, settings: ReplaySettings) -> list[str]:
+        awaited = [topic for topic in settings.wait_for if topic]
+        followed = [topic for topic in settings.follow if topic]
+        missing = [
+            f"publisher of {topic}"
+            for topic in dict.fromkeys([*awaited, *followed])
+            if not self.count_publishers(topic)
+        ]
+        return missing + [
+            f"subscriber of {topic}" for topic in awaited if not self.count_subscribers(topic)
+        ]
+
+    def _follow(self, topic: str) -> None:
+        (name, *_) = dict(self.get_topic_names_and_types())[topic]
+        kind = message_type(name)
+        if not has_header(kind):
+            raise ConfigurationError(f"follow: {topic} is a {name}, which has no header")
+        self.create_subscription(
+            kind,
+            topic,
+            lambda content: self.player.report(topic, stamp_of(content)),
+            PUBLISHED,
+            raw=True,
+        )
+
+    def publish(self, topic: str, content: bytes) -> None:
+        """Send one message; part of `player.Sink`."""
+        publisher = self._publishers_by_topic.get(topic)
+        if publisher is not None:
+            publisher.publish(content)
+
+    def publish_clock(self, now: int) -> None:
+        """Send the recorded time [ns]; part of `player.Sink`."""
+        if self._settings.clock:
+            message = ClockMessage()
+            message.clock.sec, message.clock.nanosec = divmod(now, 1_000_000_000)
+            self._clock_publisher.publish(message)
+
+    def flush(self) -> None:
+        """Wait for acknowledgements; part of `player.Sink`."""
+        for publisher in self._publishers_by_topic.values():
+            publisher.wait_for_all_acked(Duration(seconds=FLUSH_LIMIT))
+
+    def now(self) -> int:
+        """Return the present time [ns]; part of `player.Sink`."""
+        return int(self.get_clock().now().nanoseconds)
+
+    def _on_pause(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.player.pause()
+        return self._answered(response)
+
+    def _on_resume(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.player.resume()
+        return self._answered(response)
+
+    def _answered(self, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        state = "paused" if self.player.paused else "playing"
+        response.message = f"{state} at {self.player.position * 1e-9:.3f} s"
+        return response
+
+    def report(self) -> Report:
+        """Return what `/diagnostics` says."""
+        player = self.player
+        values = {
+            "position_s": round(player.position * 1e-9, 3),
+            "messages": player.played,
+            "passes": player.passes,
+            "stalls": player.stalls,
+        }
+        if player.stalls:
+            text = "a followed topic stopped reporting: messages may have been lost"
+            return Report(Level.WARN, text, values)
+        return Report(Level.OK, "paused" if player.paused else self._state, values)
+
+    def _end_if_finished(self) -> None:
+        if not self._finished.is_set():
+            return
+        self._end_timer.cancel()
+        if self._error is not None:
+            raise self._error
+        self._state = "finished"
+        self.get_logger().info(f"played {self.player.played} messages of {self._settings.bag}")
+        if self._settings.exit_at_end:
+            raise SystemExit(0)
+
+    def destroy_node(self) -> None:
+        """Stop the player, then the node."""
+        self._stopping.set()
+        self.player.stop()
+        self._thread.join(timeout=FLUSH_LIMIT)
+        super().destroy_node()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until the end of the recording, or until it is asked to stop."""
+    return run(ReplayNode, arguments)

@@ -1,0 +1,228 @@
+"""Plays a recording from a thread: timing, pauses, loops and flow control; no ROS in it."""
+
+from __future__ import annotations
+
+import struct
+import threading
+import time
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Protocol
+
+from .pacing import Pace, Window
+
+CLOCK_PERIOD = 10_000_000
+"""Recorded time between two clock messages [ns]."""
+STALL_LIMIT = 2.0
+"""At rate 0: messages under way are given up when nobody reports for this long [s]."""
+DRAIN_LIMIT = 0.5
+"""The same at the end of a pass, where consumers may keep the last samples [s]."""
+_SECOND = 1_000_000_000
+_STAMP = 4
+"""Offset of the stamp in a serialised message that begins with a header."""
+
+
+class Source(Protocol):
+    """Messages in the order of their recorded times."""
+
+    def __len__(self) -> int:
+        """Return the number of messages."""
+        ...
+
+    def time(self, index: int) -> int:
+        """Return when a message was recorded [ns]."""
+        ...
+
+    def first_at(self, time: int) -> int:
+        """Return the index of the first message recorded at `time` [ns] or later."""
+        ...
+
+    def message(self, index: int) -> tuple[str, bytes]:
+        """Return topic and serialised content."""
+        ...
+
+
+class Sink(Protocol):
+    """Where messages go."""
+
+    def publish(self, topic: str, content: bytes) -> None:
+        """Send one message."""
+        ...
+
+    def publish_clock(self, now: int) -> None:
+        """Send the recorded time [ns]."""
+        ...
+
+    def flush(self) -> None:
+        """Wait until subscribers have taken what was sent."""
+        ...
+
+    def now(self) -> int:
+        """Return the present time [ns]."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Which part of a recording is played, and how its stamps are treated."""
+
+    start: float = 0.0
+    """Time at the beginning that is left out [s]."""
+    duration: float = 0.0
+    """Time that is played from there [s]; 0 is all."""
+    restamp: bool = False
+    """Shift stamps so that each pass begins now."""
+
+
+class Player:
+    """Plays a source into a sink; `play` blocks, everything else may be called meanwhile."""
+
+    def __init__(
+        self,
+        source: Source,
+        sink: Sink,
+        pace: Pace,
+        window: Window | None = None,
+        stretch: Stretch | None = None,
+    ) -> None:
+        """Prepare to play.
+
+        Args:
+            source: what to play.
+            sink: where to.
+            pace: the speed.
+            window: at rate 0, how many messages may be under way; None asks the sink to
+                flush now and then instead.
+            stretch: which part; all by default.
+        """
+        self._source, self._sink, self._pace, self._window = source, sink, pace, window
+        self._stretch = stretch or Stretch()
+        self._woken = threading.Condition()
+        self._stopped = False
+        self.loop = False
+        """Whether to begin again at the end."""
+        self.position = 0
+        """Recorded time that was reached [ns]."""
+        self.played = self.passes = self.stalls = 0
+        """Messages sent, passes ended, and times that consumers stopped reporting."""
+
+    @property
+    def paused(self) -> bool:
+        """Whether it waits for `resume`."""
+        return self._pace.paused
+
+    def play(self, stamped: Collection[str], flush_every: int = 100) -> None:
+        """Play until the end, or until `stop`.
+
+        Args:
+            stamped: topics whose messages begin with a header.
+            flush_every: at rate 0 without a window, messages between two flushes.
+        """
+        while not self._stopped:
+            self._play_pass(stamped, flush_every)
+            self.passes += 1
+            if not self.loop:
+                return
+
+    def pause(self) -> None:
+        """Stop time."""
+        self._change(lambda now: self._pace.pause(now))
+
+    def resume(self) -> None:
+        """Let time go on."""
+        self._change(lambda now: self._pace.resume(now))
+
+    def set_rate(self, rate: float) -> None:
+        """Go on at another speed."""
+        self._change(lambda now: self._pace.set_rate(rate, now))
+
+    def report(self, consumer: str, stamp: int) -> None:
+        """Note that a consumer of the window has dealt with all up to `stamp` [ns]."""
+        if self._window is not None:
+            self._window.reached(consumer, stamp)
+
+    def stop(self) -> None:
+        """End `play` soon."""
+        with self._woken:
+            self._stopped = True
+            self._woken.notify_all()
+        if self._window is not None:
+            self._window.restart()
+
+    def _change(self, change: Callable[[float], None]) -> None:
+        with self._woken:
+            change(time.monotonic())
+            self._woken.notify_all()
+
+    def _play_pass(self, stamped: Collection[str], flush_every: int) -> None:
+        first, last = self._limits()
+        begin = self._source.time(first)
+        shift = self._sink.now() - begin if self._stretch.restamp else 0
+        next_clock = begin
+        with self._woken:
+            self._pace.start_at(begin, time.monotonic())
+        if self._window is not None:
+            self._window.restart()
+        for index in range(first, last):
+            recorded = self._source.time(index)
+            if not self._wait_until(recorded):
+                return
+            self.position = recorded
+            if recorded >= next_clock:
+                self._sink.publish_clock(recorded + shift)
+                next_clock = recorded + CLOCK_PERIOD
+            topic, content = self._source.message(index)
+            self._send(topic, content, shift, topic in stamped)
+            if self._window is None and self._pace.rate == 0.0 and self.played % flush_every == 0:
+                self._sink.flush()
+        self._drain()
+
+    def _limits(self) -> tuple[int, int]:
+        begin = self._source.time(0) + round(self._stretch.start * _SECOND)
+        first = min(self._source.first_at(begin), len(self._source) - 1)
+        if self._stretch.duration == 0.0:
+            return first, len(self._source)
+        return first, self._source.first_at(begin + round(self._stretch.duration * _SECOND))
+
+    def _wait_until(self, recorded: int) -> bool:
+        """Wait until a message is due; False where `stop` came first."""
+        with self._woken:
+            while not self._stopped:
+                delay = self._pace.delay(recorded, time.monotonic())
+                if delay <= 0.0:
+                    return True
+                self._woken.wait(None if delay == float("inf") else delay)
+        return False
+
+    def _send(self, topic: str, content: bytes, shift: int, stamped: bool) -> None:
+        if stamped:
+            stamp, content = shifted(content, shift)
+            if self._window is not None and self._pace.rate == 0.0:
+                self.stalls += not self._window.wait(STALL_LIMIT)
+                self._window.sent(stamp)
+        self._sink.publish(topic, content)
+        self.played += 1
+
+    def _drain(self) -> None:
+        self._sink.flush()
+        if self._window is not None and self._pace.rate == 0.0:
+            self._window.wait(DRAIN_LIMIT, below=1)
+
+
+def shifted(content: bytes, shift: int) -> tuple[int, bytes]:
+    """Return a serialised message's header stamp moved by `shift` [ns], and the message with it."""
+    stamp = stamp_of(content) + shift
+    if shift == 0:
+        return stamp, content
+    moved = struct.pack(_form(content), *divmod(stamp, _SECOND))
+    return stamp, content[:_STAMP] + moved + content[_STAMP + len(moved) :]
+
+
+def stamp_of(content: bytes) -> int:
+    """Return the stamp [ns] of a serialised message that begins with a header."""
+    seconds, nanoseconds = struct.unpack_from(_form(content), content, _STAMP)
+    return int(seconds) * _SECOND + int(nanoseconds)
+
+
+def _form(content: bytes) -> str:
+    return "<iI" if content[1] == 1 else ">iI"
