@@ -194,3 +194,12 @@ def test_a_chip_that_stops_sampling_is_noticed(clock: Any) -> None:
     bench.run(1.0)
     assert bench.reader.counters.silences == 1
     assert len(bench.run(0.1)) >= 90
+
+
+def test_a_clock_that_is_set_back_is_survived(bench: Bench) -> None:
+    bench.run(1.0)
+    bench.clock.advance(-0.8)
+    readings = bench.run(1.0)
+    assert len(readings) >= 90
+    assert bench.reader.phase is Phase.RUNNING
+    assert readings[-1].stamp == pytest.approx(bench.clock(), abs=2e6)

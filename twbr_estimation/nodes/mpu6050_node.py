@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -11,7 +12,7 @@ from sensor_msgs.msg import Imu, Temperature
 
 from ..errors import ConfigurationError
 from ..sensors.i2c import I2cRegisters, Registers
-from ..sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings
+from ..sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings, Reading
 from ..sensors.mpu6050_reader import Counters, Mpu6050Reader
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
 from .declarations import declarations_of, settings_from
@@ -110,7 +111,9 @@ class Mpu6050Node(DeviceNode):
                 if settings.simulated
                 else I2cRegisters(chip.bus, chip.address)
             )
-        self.reader = Mpu6050Reader(Mpu6050(registers, chip), self._now)
+        # A simulated chip lives in ROS time, waits included: simulations pause and jump.
+        monotonic = self._now if settings.simulated else time.monotonic_ns
+        self.reader = Mpu6050Reader(Mpu6050(registers, chip), self._now, monotonic)
         try:
             warning = self.reader.start()
         except Exception:
@@ -157,7 +160,8 @@ class Mpu6050Node(DeviceNode):
             return Report(Level.STALE, self.failure or "not configured", {})
         counters, before = self.reader.counters, self._reported
         values: dict[str, object] = {"phase": self.reader.phase.value, **asdict(counters)}
-        values["sample_clock_drift_ppm"] = round(self.reader.sample_clock.drift * 1e6, 1)
+        if self.parameters.current.mpu6050.reading is Reading.FIFO:
+            values["sample_clock_drift_ppm"] = round(self.reader.sample_clock.drift * 1e6, 1)
         new = {key: n - getattr(before, key) for key, n in asdict(counters).items()}
         self._reported = Counters(**asdict(counters))
         samples = new.pop("samples")

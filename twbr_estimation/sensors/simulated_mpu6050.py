@@ -154,6 +154,9 @@ class SimulatedMpu6050:
         if self._registers[Register.PWR_MGMT_1] & PWR_MGMT_1_SLEEP:
             return
         due = int((self._clock() - self._origin) / self._period())
+        if due < self._taken:  # the clock was set back
+            self._restart_sampling()
+            due = 0
         to_fifo = (
             bool(self._registers[Register.USER_CTRL] & USER_CTRL_FIFO_EN)
             and self._registers[Register.FIFO_EN] == FIFO_EN_ALL
