@@ -3,6 +3,9 @@
 Laddach 2022 (26)-(31) with Q_11 = q1 dt^2. (29) prints q1 dt, yet q1 is the variance of a
 rate and comes from the noise of the gyro at rest, so dt^2 has the right unit; untuned, this
 form is on a par with the tuned filters of the paper.
+
+A saturated gyro does not raise q1: that would hand the tilt to the accelerometer in the very
+impact that upsets it most, and on the simulated rig it multiplied the error.
 """
 
 from __future__ import annotations
@@ -51,8 +54,8 @@ class Parameters(NamedTuple):
             0.0,
             1.0,
             "1",
-            "1 raises q1 and r to the variances that travel with each sample, so a saturated "
-            "sensor counts less; 0 keeps the paper's recursion.",
+            "1 raises r to the variance that travels with each angle, which grows where the "
+            "accelerometer saturates or weighs little; 0 keeps the paper's recursion.",
             tunable=False,
         ),
     ] = 0.0
@@ -67,11 +70,10 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, parameters: Parameter
 
 def step(state: State, sample: CorrectedSample, parameters: Parameters) -> State:
     """Take one sample with Q = diag(q1 dt^2, q2)."""
-    rate_variance, angle_variance = parameters.q1, parameters.r
+    tilt_noise = parameters.q1 * sample.dt * sample.dt
+    angle_variance = parameters.r
     if parameters.use_sample_variance >= 0.5:
-        rate_variance = max(rate_variance, sample.gyro_variance_y)
         angle_variance = max(angle_variance, sample.angle_variance)
-    tilt_noise = rate_variance * sample.dt * sample.dt
     return advance(state, sample, tilt_noise, parameters.q2, angle_variance)
 
 
