@@ -1,7 +1,7 @@
 """What shakes, pushes and commands the robot, drawn beforehand as one row per step.
 
 Each kind of disturbance has a random stream of its own, so that changing one leaves the
-others as they were.
+others as they were; and a longer drive begins as a shorter one does.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ STEP = 0.0005
 PUSH_RATE = 0.63
 """Pushes [1/s], half sines on the body."""
 PUSH_SECONDS = (0.08, 0.35)
+WEAKEST = 0.15
+"""Smallest push or slip as a share of the largest."""
 PUSH_FORCE = 5.5
 """Largest push [N]."""
 HIT_RATE = 0.042
@@ -30,7 +32,12 @@ STEP_DISTANCE = 0.56
 """Largest commanded move [m]."""
 SINE_FREQUENCIES = (0.5, 1.6)
 """Commanded to-and-fro motion [Hz]."""
-TASK_SECONDS = (1.5, 5.0)
+STEP_SHARE = 0.45
+"""Share of the tasks that are steps."""
+SPEED_SHARE = 0.37
+"""Share of a sine's speed that the controller is told."""
+
+TASK_SECONDS = (1.0, 3.0)
 BUMP_CUTOFF = 25.0
 """Bandwidth of road bumps [Hz]."""
 VIBRATION_FREQUENCIES = (42.0, 115.0)
@@ -55,6 +62,8 @@ class Disturbances:
     """1 where an obstacle comes up, (n,)."""
     target: FloatArray
     """Commanded position [m], (n,)."""
+    target_speed: FloatArray
+    """Commanded speed [m/s], (n,)."""
     bump: FloatArray
     """Vertical road acceleration at unit level, (n,)."""
     vibration: FloatArray
@@ -71,13 +80,15 @@ def stream(seed: int, purpose: str) -> np.random.Generator:
 def disturb(world: World, steps: int, seed: int) -> Disturbances:
     """Draw all disturbances of a drive of `steps` steps."""
     rough = world.vibration
+    target, target_speed = _tasks(stream(seed, "target"), steps)
     return Disturbances(
         push=world.push_factor
         * _half_sines(stream(seed, "push"), steps, PUSH_RATE, PUSH_SECONDS)
         * PUSH_FORCE,
         slope=rough * _slope(stream(seed, "slope"), steps),
         hit=_events(stream(seed, "hit"), steps, HIT_RATE if world.impacts else 0.0),
-        target=world.push_factor * _tasks(stream(seed, "target"), steps),
+        target=world.push_factor * target,
+        target_speed=world.push_factor * target_speed,
         bump=rough * _bumps(stream(seed, "bump"), steps),
         vibration=rough * _vibration(stream(seed, "vibration"), steps),
         slip=SLIP_SPEED
@@ -96,22 +107,33 @@ def gyro_drift(world: World, samples: int, dt: float, seed: int) -> FloatArray:
     return np.asarray(math.radians(world.gyro_drift_deg) * drift, dtype=np.float64)
 
 
-def _events(random: np.random.Generator, steps: int, rate: float) -> FloatArray:
-    """Return 1 at the steps of a Poisson process, else 0."""
-    return (random.random(steps) < rate * STEP).astype(np.float64)
-
-
 def _half_sines(
     random: np.random.Generator, steps: int, rate: float, seconds: tuple[float, float]
 ) -> FloatArray:
-    """Return half sines of random length, sign and height up to 1."""
+    """Return half sines of random length, sign and height, `WEAKEST` to 1."""
     total = np.zeros(steps)
-    for start in np.flatnonzero(_events(random, steps, rate)):
+    start = 0.0
+    while rate > 0.0:
+        start += random.exponential(1.0 / rate) / STEP
         length = int(random.uniform(*seconds) / STEP)
-        height = random.uniform(-1.0, 1.0)
-        end = min(start + length, steps)
-        total[start:end] += height * np.sin(np.pi * np.arange(end - start) / length)
+        height = random.uniform(WEAKEST, 1.0) * random.choice([-1.0, 1.0])
+        if start >= steps:
+            break
+        begin, end = int(start), min(int(start) + length, steps)
+        total[begin:end] += height * np.sin(np.pi * np.arange(end - begin) / length)
     return total
+
+
+def _events(random: np.random.Generator, steps: int, rate: float) -> FloatArray:
+    """Return 1 at the steps of a Poisson process of `rate` [1/s], else 0."""
+    happens = np.zeros(steps)
+    step = 0.0
+    while rate > 0.0:
+        step += random.exponential(1.0 / rate) / STEP
+        if step >= steps:
+            break
+        happens[int(step)] = 1.0
+    return happens
 
 
 def _slope(random: np.random.Generator, steps: int) -> FloatArray:
@@ -122,23 +144,28 @@ def _slope(random: np.random.Generator, steps: int) -> FloatArray:
     return np.asarray(np.interp(np.arange(steps) * STEP, knots, values))
 
 
-def _tasks(random: np.random.Generator, steps: int) -> FloatArray:
-    """Return position steps and sines in random order, with a quiet first second."""
-    target = np.zeros(steps)
+def _tasks(random: np.random.Generator, steps: int) -> tuple[FloatArray, FloatArray]:
+    """Return positions and speeds of steps and sines, with a quiet first second.
+
+    The faster a sine, the shorter its travel.
+    """
+    position, speed = np.zeros(steps), np.zeros(steps)
     begin, base = int(1.0 / STEP), 0.0
     while begin < steps:
-        length = int(random.uniform(*TASK_SECONDS) / STEP)
-        end = min(begin + length, steps)
-        time = np.arange(end - begin) * STEP
+        end = min(begin + int(random.uniform(*TASK_SECONDS) / STEP), steps)
         frequency = random.uniform(*SINE_FREQUENCIES)
         size = random.uniform(-STEP_DISTANCE, STEP_DISTANCE)
-        if random.random() < 0.5:
+        if random.random() < STEP_SHARE:
             base = size
-            target[begin:end] = base
+            position[begin:end] = base
         else:
-            target[begin:end] = base + size * np.sin(2.0 * np.pi * frequency * time)
+            turn = 2.0 * math.pi * frequency
+            phase = turn * STEP * np.arange(end - begin)
+            size *= SINE_FREQUENCIES[0] / frequency
+            position[begin:end] = base + size * np.sin(phase)
+            speed[begin:end] = SPEED_SHARE * size * turn * np.cos(phase)
         begin = end
-    return target
+    return position, speed
 
 
 def _bumps(random: np.random.Generator, steps: int) -> FloatArray:
@@ -155,10 +182,13 @@ def _vibration(random: np.random.Generator, steps: int) -> FloatArray:
     from scipy.signal import lfilter
 
     total = np.zeros((steps, 3))
-    for frequency in VIBRATION_FREQUENCIES:
+    white = random.standard_normal((steps, len(VIBRATION_FREQUENCIES), 3))
+    for index, frequency in enumerate(VIBRATION_FREQUENCIES):
         turn = 2.0 * math.pi * frequency * STEP
         decay = math.exp(-VIBRATION_DAMPING * turn)
-        feedback = [1.0, -2.0 * decay * math.cos(turn), decay * decay]
-        wave = lfilter([1.0], feedback, random.standard_normal((steps, 3)), axis=0)
-        total += wave / np.sqrt(np.mean(wave**2, axis=0))
-    return np.asarray(total / math.sqrt(len(VIBRATION_FREQUENCIES)))
+        first, second = -2.0 * decay * math.cos(turn), decay * decay
+        # Variance of the filter's output for white noise of variance 1.
+        variance = (1.0 + second) / ((1.0 - second) * ((1.0 + second) ** 2 - first**2))
+        wave = lfilter([1.0], [1.0, first, second], white[:, index], axis=0)
+        total += wave / math.sqrt(variance * len(VIBRATION_FREQUENCIES))
+    return total

@@ -31,7 +31,7 @@ def drive(
         The motion, (n, 9) with `MOTION_COLUMNS`, its first row at rest; and the falls.
     """
     d = disturbances
-    inputs = np.column_stack([d.push, d.slope, d.hit, d.target, d.bump, d.slip])
+    inputs = np.column_stack([d.push, d.slope, d.hit, d.target, d.target_speed, d.bump, d.slip])
     motion = np.zeros((inputs.shape[0], len(MOTION_COLUMNS)))
     state = _drive_kernel()(inputs, d.vibration, plant, gains, RigState(), motion)
     return motion, int(state.falls)
@@ -74,10 +74,10 @@ def _drive_kernel() -> Any:
         voltage, pending = 0.0, 0.0
         for i in range(1, inputs.shape[0]):
             row = inputs[i - 1]
-            now = Inputs(row[0], row[1], row[2], row[3], row[4], row[5])
+            now = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
             if (i - 1) % period == 0:
                 voltage = pending
-                pending = next_voltage(state, now.target, pending, gains, plant.supply_voltage)
+                pending = next_voltage(state, now, pending, gains, plant.supply_voltage)
             acting = loads(state, now, plant)
             state = step(state, now, voltage, acting, plant)
             level = vibration_level(state.plant.velocity, voltage)

@@ -28,7 +28,7 @@ STOP_TILT = 0.635
 """Where the frame hits the hard stops [rad]."""
 STOP_RESTITUTION = 0.15
 OBSTACLE_RESTITUTION = 0.4
-OBSTACLE_SPEED = 0.1
+OBSTACLE_SPEED = 0.3
 """Slowest speed at which an obstacle is felt [m/s]."""
 LYING_SECONDS = 0.25
 """How long the robot lies before it is stood up again [s]."""
@@ -36,14 +36,14 @@ LIFT_FREQUENCY = 8.0
 """Natural frequency of the hand that stands it up [rad/s]."""
 UPRIGHT_TILT, UPRIGHT_RATE = 0.03, 0.2
 """Where the hand lets go [rad], [rad/s]."""
-VIBRATION_LEVEL = 0.15 * STANDARD_GRAVITY
+VIBRATION_LEVEL = 0.15
 """Vibration at unit level [m/s^2]."""
-BUMP_LEVEL = 2.5
+BUMP_LEVEL = 0.45
 """Vertical road acceleration per speed [m/s^2 per m/s]."""
 RING_FREQUENCY = 2.0 * math.pi * 70.0
 """Ringing of the frame after a shock [rad/s]."""
 RING_DAMPING = 0.06
-RING_SHARE = 0.2
+RING_SHARE = 0.02
 """Share of a shock's change of velocity that rings."""
 
 BALANCING, LYING, LIFTED = 0, 1, 2
@@ -56,6 +56,7 @@ class Inputs(NamedTuple):
     slope: float
     hit: float
     target: float
+    target_speed: float
     bump: float
     slip: float
 
@@ -171,9 +172,10 @@ def vibration_level(velocity: float, voltage: float) -> float:
 
 
 def next_voltage(
-    state: RigState, target: float, pending: float, gains: BalanceGains, limit: float
+    state: RigState, inputs: Inputs, pending: float, gains: BalanceGains, limit: float
 ) -> float:
     """Return what the balance controller asks for; nothing while the robot is held."""
     if state.mode != BALANCING:
         return 0.0
-    return balance_voltage(state.plant, state.origin + target, 0.0, pending, gains, limit)
+    target = state.origin + inputs.target
+    return balance_voltage(state.plant, target, inputs.target_speed, pending, gains, limit)
