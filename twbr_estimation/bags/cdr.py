@@ -85,13 +85,13 @@ def byte_order(batch: MessageBatch) -> str:
     """
     if not batch.offsets.size:
         return "<"
-    kinds = np.unique(batch.at(batch.offsets[batch.sizes >= 4], ">u2"))
-    if kinds.size == 0:
+    kinds = set(batch.at(batch.offsets[batch.sizes >= 4], ">u2").tolist())
+    if not kinds:
         return "<"
-    if kinds.size > 1 or int(kinds[0]) not in _ORDERS:
-        found = ", ".join(f"0x{int(kind):04x}" for kind in kinds)
+    if len(kinds) > 1 or not kinds <= _ORDERS.keys():
+        found = ", ".join(f"0x{kind:04x}" for kind in sorted(kinds))
         raise RecordingError(f"messages have encapsulation {found}; known are 0x0000 and 0x0001")
-    return _ORDERS[int(kinds[0])]
+    return _ORDERS[kinds.pop()]
 
 
 def _after_header(batch: MessageBatch) -> tuple[MessageBatch, str, IntArray, NDArray[np.object_]]:
@@ -107,7 +107,7 @@ def _after_header(batch: MessageBatch) -> tuple[MessageBatch, str, IntArray, NDA
 
 def _frames(batch: MessageBatch, lengths: IntArray) -> NDArray[np.object_]:
     frames = np.full(lengths.size, "", dtype=object)
-    for length in np.unique(lengths[lengths > 1]).tolist():
+    for length in sorted(set(lengths[lengths > 1].tolist())):
         where = np.flatnonzero(lengths == length)
         text = bytes_at(batch, batch.offsets[where] + 16, length - 1)
         first = text[0]

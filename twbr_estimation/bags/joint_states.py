@@ -41,9 +41,8 @@ def decode_joint_state(batch: MessageBatch, joints: tuple[str, ...]) -> Columns:
     size = batch.offsets.size
     columns = _Filling(batch, order, joints, np.full((size, 2 * len(joints)), np.nan))
     pending = np.ones(size, dtype=bool)
-    for index in range(size):
-        if pending[index]:
-            columns.take_layout_of(index, pending)
+    while pending.any():
+        columns.take_layout_of(int(np.argmax(pending)), pending)
     chosen = batch.take(columns.found)
     return Columns(
         header_stamps(chosen, order),
@@ -77,6 +76,7 @@ class _Filling:
         layout = joint_layout(self.batch.message(index), self.order)
         self._layouts += 1
         if layout is None:
+            pending[index] = False
             self.broken += 1
             return
         same = self._same(index, layout, pending)

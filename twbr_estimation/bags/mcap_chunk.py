@@ -82,7 +82,10 @@ def _indexed_starts(data: ByteArray, index: Sequence[memoryview]) -> IntArray:
         entries = np.frombuffer(content, dtype=np.uint8)[6:]
         entries = entries[: entries.size // 16 * 16]
         parts.append(entries.view(_INDEX_ENTRY)["offset"])
-    starts = np.unique(np.concatenate(parts)).astype(np.int64) if parts else np.empty(0, np.int64)
+    if not parts:
+        return np.empty(0, dtype=np.int64)
+    starts = np.sort(np.concatenate(parts).astype(np.int64))
+    starts = starts[np.append(True, np.diff(starts) > 0)][: starts.size]
     inside = (starts >= 0) & (starts + RECORD_HEAD + MESSAGE_HEAD <= data.size)
     if not inside.all() or not np.all(data[starts] == Opcode.MESSAGE):
         return starts[:0]

@@ -133,7 +133,7 @@ class McapStorage:
         self, data: NDArray[np.uint8], found: Found, wanted: frozenset[str]
     ) -> Iterator[tuple[str, MessageBatch]]:
         channels, batch = found.batch(data)
-        for identifier in np.unique(channels).tolist():
+        for identifier in np.flatnonzero(np.bincount(channels)).tolist():
             channel = self._channels.get(identifier)
             if channel is None:
                 self.repairs["messages of an undefined channel skipped"] += int(
