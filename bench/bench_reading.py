@@ -48,9 +48,10 @@ def make_recording(samples: int) -> Recording:
 
 def copy_as_sqlite(source: Path, target: Path) -> None:
     """Write the messages of a recording into rosbag2's other storage."""
-    with Reader(source) as bag, Writer(
-        target, version=9, storage_plugin=StoragePlugin.SQLITE3
-    ) as writer:
+    with (
+        Reader(source) as bag,
+        Writer(target, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer,
+    ):
         connections = {
             entry.id: writer.add_connection(
                 entry.topic, entry.msgtype, msgdef=entry.msgdef.data, rihs01=entry.digest

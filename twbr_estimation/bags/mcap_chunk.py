@@ -84,13 +84,14 @@ def _indexed_starts(data: ByteArray, index: Sequence[memoryview]) -> IntArray:
         parts.append(entries.view(_INDEX_ENTRY)["offset"])
     if not parts:
         return np.empty(0, dtype=np.int64)
-    starts = np.sort(np.concatenate(parts).astype(np.int64))
-    starts = starts[np.append(True, np.diff(starts) > 0)][: starts.size]
+    starts: IntArray = np.sort(np.concatenate(parts).astype(np.int64))
+    starts = starts[np.diff(starts, prepend=-1) > 0]
+    none: IntArray = np.empty(0, dtype=np.int64)
     inside = (starts >= 0) & (starts + RECORD_HEAD + MESSAGE_HEAD <= data.size)
     if not inside.all() or not np.all(data[starts] == Opcode.MESSAGE):
-        return starts[:0]
+        return none
     lengths = MessageBatch(data, starts, starts, starts).at(starts + 1, "<u8")
-    return starts if np.all((lengths >= MESSAGE_HEAD) & (lengths <= data.size)) else starts[:0]
+    return starts if np.all((lengths >= MESSAGE_HEAD) & (lengths <= data.size)) else none
 
 
 def _walk(

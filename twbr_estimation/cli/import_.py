@@ -1,0 +1,61 @@
+"""`twbr import FILE --format NAME -o BAG`: other logs as recordings."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+
+from ..imports import Options, formats, load, write_import
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the verb and its arguments."""
+    lines = (f"  {name:16} {module.FORMAT}" for name, module in formats().items())
+    parser = subparsers.add_parser(
+        "import",
+        help="turn a log of another kind into a recording",
+        description="Turn a log of another kind into a recording with its robot's description.",
+        epilog="formats:\n" + "\n".join(lines),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", type=Path, help="log to read")
+    parser.add_argument("--format", required=True, choices=list(formats()), help="see below")
+    parser.add_argument("--columns", type=Path, metavar="YAML", help="what the columns are (csv)")
+    parser.add_argument(
+        "--axis",
+        choices=("x", "y"),
+        default="y",
+        help="tilt axis (broad); default: y",
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="BAG")
+    parser.add_argument("--overwrite", action="store_true", help="replace an existing recording")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Import, write, and say what came out."""
+    options = Options(arguments.columns, arguments.axis)
+    log = load(arguments.file, arguments.format, options)
+    write_import(arguments.output, log, arguments.overwrite)
+    console = Console()
+    recording = log.recording
+    tracks = {
+        "wheels": recording.wheels,
+        "reference": recording.reference,
+        "temperature": recording.temperature,
+        **recording.estimators,
+    }
+    there = ", ".join(name for name, track in tracks.items() if track is not None) or "nothing else"
+    console.print(
+        f"{arguments.output}: {recording.imu.stamps.size} IMU samples at "
+        f"{recording.dt * 1e3:.4g} ms, {recording.duration:.1f} s; with {there}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    for repair, count in recording.repairs.items():
+        console.print(f"  repaired: {escape(repair)}: {count}", highlight=False, soft_wrap=True)
+    return 0
