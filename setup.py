@@ -45,6 +45,7 @@ setup(
     extras_require={
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "hardware": HARDWARE,
+        "import": ["h5py>=3.10"],
         "test": TEST,
         "dev": [*TEST, *LINT, *HARDWARE],
         "colcon": ["colcon-common-extensions", "setuptools<80"],
