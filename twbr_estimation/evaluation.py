@@ -140,7 +140,7 @@ class ErrorSums:
         if errors.size > 0:
             degrees = np.degrees(errors)
             self._sum += float(degrees.sum())
-            self._square_sum += float(degrees @ degrees)
+            self._square_sum += float(np.square(degrees).sum())
             self._largest = max(self._largest, float(np.abs(degrees).max()))
 
     def score(self, delay: float) -> Score:

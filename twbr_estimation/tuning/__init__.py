@@ -1,0 +1,1 @@
+"""Tuning: parameters that make an estimate agree with the reference on recordings."""
