@@ -52,6 +52,25 @@ def test_a_signal_ends_the_process_cleanly(python: str, number: signal.Signals) 
     assert "Traceback" not in errors
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_never_ends_the_context_under_a_publisher(
+    python: str, number: signal.Signals
+) -> None:
+    tick = """if not hasattr(self, "publisher"):
+            from std_msgs.msg import Float64
+            self.publisher, self.message = self.create_publisher(Float64, "x", 10), Float64()
+            print("tick", flush=True)
+        for _ in range(1000):
+            self.publisher.publish(self.message)"""
+    process = _start(python, tick)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "tick\n"
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert errors == ""
+
+
 @pytest.mark.parametrize(
     ("tick", "status", "said"),
     [

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from collections.abc import Callable, Sequence
+from types import FrameType
 
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from ..errors import TwbrError
 
-WAKE_PERIOD = 1.0
-"""Longest time the executor sleeps before it looks for a shutdown again [s]."""
+WAKE_PERIOD = 0.2
+"""Longest time the executor sleeps before it looks for a signal again [s]."""
 
 
 def make_executor(context: Context | None = None) -> Executor:
@@ -40,25 +44,42 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
         Exit status: 0 after a normal shutdown, 1 after an error.
     """
     nodes: list[Node] = []
+    stop = threading.Event()
     try:
-        rclpy.init(args=arguments)
+        # Not rclpy's own handlers: they end the context under a callback that is publishing.
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        _stop_on_signals(stop)
         executor = make_executor()
         created = create()
         nodes.extend(created if isinstance(created, Sequence) else [created])
         for node in nodes:
             executor.add_node(node)
-        while rclpy.ok():
+        while rclpy.ok() and not stop.is_set():
             executor.spin_once(timeout_sec=WAKE_PERIOD)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else 0
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 0
     except TwbrError as error:
         get_logger(nodes[0].get_name() if nodes else "twbr_estimation").fatal(str(error))
         return 1
     finally:
         _clean_up(nodes)
     return 0
+
+
+def _stop_on_signals(stop: threading.Event) -> None:
+    """Let the first SIGINT or SIGTERM set `stop`, and a second one act as usual."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    usual = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        stop.set()
+        signal.signal(number, usual[signal.Signals(number)])
+
+    for number in usual:
+        signal.signal(number, handle)
 
 
 def _clean_up(nodes: list[Node]) -> None:
