@@ -1,0 +1,45 @@
+"""Table 2's printed gains on the simulated rig of the paper, mean over several seeds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from twbr_estimation import batch
+from twbr_estimation.evaluation import mean_over, score_recording
+from twbr_estimation.presets import preset
+from twbr_estimation.recording import TiltTrack
+from twbr_estimation.simulation.simulate import simulate
+
+SEEDS = range(1, 9)
+ON_A_PAR = (
+    "alpha_beta_wob",
+    "alpha_beta_wb",
+    "alpha_beta_theta_gamma",
+    "alpha_beta_theta_wa_a",
+    "alpha_beta_theta_wa_b",
+    "kalman",
+    "kalman_tuned",
+    "complementary",
+)
+"""One row of Table 2 each, but that `kalman` stands for the printed one."""
+
+
+@pytest.mark.parametrize("dt", [0.002, 0.005])
+def test_printed_gains_give_errors_like_the_printed_ones(dt: float) -> None:
+    correction, settings = preset("table2", dt)
+    assert correction is not None
+    scores = []
+    for seed in SEEDS:
+        simulated = simulate("paper", dt, 60.0, seed)
+        setup = replace(simulated.setup, correction=correction)
+        runs = batch.estimate_recording(simulated.recording, setup, settings.values)
+        tracks = {name: TiltTrack(run.stamps, run.tilt) for name, run in runs.items()}
+        scores.append(score_recording(simulated.recording, tracks))
+    mse = {name: figures["mse_deg2"] for name, figures in mean_over(scores).items()}
+    for name in ON_A_PAR:
+        assert 0.7 < mse[name] < 3.0, f"{name}: {mse[name]} deg^2; Table 2 prints 0.7 to 6.2"
+    assert 4.0 < mse["kalman_printed"] < 16.0
+    assert mse["kalman_printed"] > 2.0 * mse["kalman"]
+    assert mse["alpha_beta_classic"] > 1000.0
