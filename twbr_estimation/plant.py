@@ -85,12 +85,16 @@ def rolling_mass(parameters: PlantParameters) -> float:
     return parameters.body_mass + 2.0 * wheel
 
 
+def back_emf(state: PlantState, parameters: PlantParameters) -> float:
+    """Return the voltage at which the motors neither drive nor brake [V]."""
+    wheel_rate = state.velocity / parameters.wheel_radius - state.rate
+    return parameters.back_emf_constant * parameters.gear_ratio * wheel_rate
+
+
 def motor_torque(state: PlantState, voltage: float, parameters: PlantParameters) -> float:
     """Return the torque of both motors on the wheels [N m]."""
-    wheel_rate = state.velocity / parameters.wheel_radius - state.rate
-    back_emf = parameters.back_emf_constant * parameters.gear_ratio * wheel_rate
     gain = parameters.gear_ratio * parameters.torque_constant / parameters.winding_resistance
-    return 2.0 * gain * (voltage - back_emf)
+    return 2.0 * gain * (voltage - back_emf(state, parameters))
 
 
 def accelerations(

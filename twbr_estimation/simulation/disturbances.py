@@ -32,9 +32,9 @@ STEP_DISTANCE = 0.56
 """Largest commanded move [m]."""
 SINE_FREQUENCIES = (0.5, 1.6)
 """Commanded to-and-fro motion [Hz]."""
-STEP_SHARE = 0.45
+STEP_SHARE = 0.4
 """Share of the tasks that are steps."""
-SPEED_SHARE = 0.37
+SPEED_SHARE = 0.38
 """Share of a sine's speed that the controller is told."""
 
 TASK_SECONDS = (1.0, 3.0)

@@ -14,6 +14,7 @@ from ..plant import (
     PlantParameters,
     PlantState,
     advance,
+    back_emf,
     stop_axle,
     stop_body,
     tilt_inertia,
@@ -32,6 +33,8 @@ OBSTACLE_SPEED = 0.3
 """Slowest speed at which an obstacle is felt [m/s]."""
 LYING_SECONDS = 0.25
 """How long the robot lies before it is stood up again [s]."""
+DRAG = 20.0
+"""Resistance to rolling while the robot lies or is held [N s/m]."""
 LIFT_FREQUENCY = 8.0
 """Natural frequency of the hand that stands it up [rad/s]."""
 UPRIGHT_TILT, UPRIGHT_RATE = 0.03, 0.2
@@ -90,10 +93,13 @@ def loads(state: RigState, inputs: Inputs, plant: PlantParameters) -> Loads:
     """Return what acts on the plant during one step."""
     weight = (plant.body_mass + 2.0 * plant.wheel_mass) * STANDARD_GRAVITY
     gravity = STANDARD_GRAVITY + inputs.bump * BUMP_LEVEL * abs(state.plant.velocity)
+    force = -weight * inputs.slope
     moment = 0.0
+    if state.mode != BALANCING:
+        force -= DRAG * state.plant.velocity
     if state.mode == LIFTED:
         moment = _lifting_moment(state.plant, plant)
-    return Loads(-weight * inputs.slope, inputs.push, PUSH_HEIGHT, moment, gravity)
+    return Loads(force, inputs.push, PUSH_HEIGHT, moment, gravity)
 
 
 def _lifting_moment(state: PlantState, plant: PlantParameters) -> float:
@@ -107,7 +113,9 @@ def step(
     state: RigState, inputs: Inputs, voltage: float, acting: Loads, plant: PlantParameters
 ) -> RigState:
     """Advance the rig by one `STEP`: motion, then contacts, then who holds the robot."""
-    moved = advance(state.plant, voltage, acting, plant, STEP)
+    coasting = state.mode != BALANCING
+    applied = back_emf(state.plant, plant) if coasting else voltage
+    moved = advance(state.plant, applied, acting, plant, STEP)
     travel = state.wheel_travel + moved.position - state.plant.position + inputs.slip * STEP
     obstacle = state.obstacle or inputs.hit > 0.0
     touched = moved
