@@ -16,6 +16,7 @@ from sensor_msgs.msg import Imu, Temperature
 
 from twbr_estimation.nodes import lifecycle
 from twbr_estimation.nodes.mpu6050_node import Mpu6050Node
+from twbr_estimation.sensors import mpu6050_reader
 from twbr_estimation.sensors.motion import swing
 from twbr_estimation.sensors.simulated_mpu6050 import SimulatedMpu6050
 
@@ -159,3 +160,31 @@ def test_the_chip_cannot_be_changed_while_it_is_read(graph: Any) -> None:
     graph.spin_until(
         lambda: bool(received) and received[-1].linear_acceleration_covariance[0] == 0.09
     )
+
+
+def test_a_dead_bus_is_opened_again(graph: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lifecycle, "RETRY_PERIOD", 0.05)
+    monkeypatch.setattr(mpu6050_reader, "FIRST_WAIT", 0.001)
+    chip = SimulatedMpu6050(time.time_ns)
+    received = graph.collect(Imu, "imu/data_raw")
+    node = _start(graph, chip)
+    graph.spin_until(lambda: len(received) >= 5)
+    chip.nack(10**6)
+    graph.spin_until(lambda: not node.is_open)
+    assert _state(graph) == State.PRIMARY_STATE_UNCONFIGURED
+    assert "Remote I/O error" in node.failure
+    chip.nack(0)
+    before = len(received)
+    graph.spin_until(lambda: len(received) >= before + 5)
+    assert node.is_active
+
+
+def test_a_defect_while_opening_ends_unconfigured(
+    graph: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node = _start(graph, simulated=True, autostart=False)
+    with monkeypatch.context() as patch:
+        patch.setattr(node, "open_device", lambda: 1 / 0)
+        assert not _change(graph, "configure")
+    assert _state(graph) == State.PRIMARY_STATE_UNCONFIGURED
+    assert _change(graph, "configure")

@@ -144,6 +144,11 @@ def test_a_sleeping_chip_shows_zeros_and_lost_settings(clock: Any) -> None:
     assert not device.is_configured()
 
 
+def test_a_fifo_that_would_overflow_between_two_polls_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"poll_rate: 10 Hz is too slow.*14 Hz"):
+        Mpu6050Settings(reading=Reading.FIFO, poll_rate=10.0)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [

@@ -24,6 +24,8 @@ from .spin import run
 
 TEMPERATURE_PERIOD = 0.1
 """Time between two temperatures [s]."""
+FAILED_ATTEMPTS = 5
+"""Attempts to set the chip up before the bus itself is closed and opened again."""
 AT_ANY_TIME = {"gyro_stddev", "accel_stddev"}
 """Parameters of the chip that only concern messages."""
 
@@ -134,6 +136,9 @@ class Mpu6050Node(DeviceNode):
         if self.reader is None:
             return
         readings = self.reader.poll()  # while inactive too: the chip stays watched
+        if self.reader.failed_attempts >= FAILED_ATTEMPTS:
+            self.lose_device(self.reader.last_error)
+            return
         if self.is_active:
             for reading in readings:
                 self._publish(reading)

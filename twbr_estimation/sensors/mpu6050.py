@@ -32,6 +32,7 @@ RELATIVES = {
 PACKET_BYTES = 14
 """Accelerometer, temperature and gyro, seven big-endian 16-bit words."""
 FIFO_BYTES = 1024
+FIFO_PACKETS = FIFO_BYTES // PACKET_BYTES
 RESET_TIME = 0.1
 """Time from the reset bit to a chip that can be set up [s]."""
 RAW_FULL_SCALE = 32768
@@ -135,6 +136,12 @@ class Mpu6050Settings:
             raise ConfigurationError(
                 f"poll_rate: {self.poll_rate:g} Hz is above the chip's {self.sample_rate:g} Hz; "
                 "samples would be read twice"
+            )
+        if self.reading is Reading.FIFO and self.sample_rate / self.poll_rate > FIFO_PACKETS:
+            raise ConfigurationError(
+                f"poll_rate: {self.poll_rate:g} Hz is too slow; at {self.sample_rate:g} Hz the "
+                f"{FIFO_PACKETS} samples of the FIFO need more than "
+                f"{self.sample_rate / FIFO_PACKETS:.0f} Hz"
             )
 
     @property

@@ -83,6 +83,8 @@ class Mpu6050Reader:
         """Relation between the chip's clock and the host's, with `fifo`."""
         self.phase = Phase.STOPPED
         self.counters = Counters()
+        self.failed_attempts = 0
+        """Attempts in a row to set the chip up that failed."""
         self.last_error = ""
         """The latest thing that went wrong, in words."""
         self._last_packet = b""
@@ -257,6 +259,7 @@ class Mpu6050Reader:
                 self._run()
         except (OSError, SensorError) as error:
             self.counters.bus_errors += 1
+            self.failed_attempts += 1
             self.last_error = f"cannot set the chip up: {error}"
             self.phase = Phase.WAITING
             self._next = self._monotonic() + round(self._wait * 1e9)
@@ -265,7 +268,7 @@ class Mpu6050Reader:
     def _run(self) -> None:
         now = self._monotonic()
         self.phase = Phase.RUNNING
-        self._failures = self._repeats = 0
+        self._failures = self._repeats = self.failed_attempts = 0
         self._last_packet = b""
         self._torn = False
         self._wait = FIRST_WAIT
