@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 StampArray = NDArray[np.int64]
 
+SINGLE_WHEEL_JOINT = "wheel_joint"
+"""Joint of robots with one wheel encoder; it counts where the two wheels' joints are absent."""
+
 
 @dataclass(frozen=True, slots=True)
 class ImuTrack:

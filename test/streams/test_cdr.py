@@ -86,6 +86,8 @@ def test_wheels_are_found_among_other_joints_in_changing_layouts() -> None:
         assert decoder.decode(joints(["arm"], [9.0], frame)) is None
         assert decoder.decode(joints(["left"], [3.0], frame)) == (STAMP, 3.0, 0.0, 1.0)
         assert decoder.decode(joints(["left"], [], frame)) is None
+        single = joints(["wheel_joint", "arm"], [4.0, 9.0], frame)
+        assert decoder.decode(single) == (STAMP, 4.0, 0.0, 1.0)
 
 
 def test_float64() -> None:

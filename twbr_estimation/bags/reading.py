@@ -9,7 +9,14 @@ import numpy as np
 
 from ..errors import RecordingError
 from ..messages import tilt_of_quaternion
-from ..recording import ImuTrack, Recording, TemperatureTrack, TiltTrack, WheelTrack
+from ..recording import (
+    SINGLE_WHEEL_JOINT,
+    ImuTrack,
+    Recording,
+    TemperatureTrack,
+    TiltTrack,
+    WheelTrack,
+)
 from .cdr import (
     ACCEL,
     ACCEL_COVARIANCE,
@@ -24,8 +31,6 @@ from .cleaning import Cleaner
 from .contents import Contents, Request, read_contents
 from .topics import FLOAT64, IMU, JOINT_STATE, ROLES, TEMPERATURE, TopicNames, absolute
 
-SINGLE_WHEEL_JOINT = "wheel_joint"
-"""Joint of recordings with one wheel encoder, where the two wheels' joints are absent."""
 _TILT_TYPES = (JOINT_STATE, IMU, FLOAT64)
 
 

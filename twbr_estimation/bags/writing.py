@@ -20,14 +20,13 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from ..errors import RecordingError
-from ..recording import Recording, StampArray, TiltTrack
+from ..recording import SINGLE_WHEEL_JOINT, Recording, StampArray, TiltTrack
 from .encoding import (
     imu_messages,
     joint_state_messages,
     orientation_messages,
     temperature_messages,
 )
-from .reading import SINGLE_WHEEL_JOINT
 from .topics import IMU, JOINT_STATE, TEMPERATURE, TopicNames
 
 _FOREVER = QosTime(9223372036, 854775807)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from ..errors import MessageError
 from ..pairing import WheelReading
+from ..recording import SINGLE_WHEEL_JOINT
 
 _SECOND = 1_000_000_000
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id
@@ -121,14 +122,52 @@ class JointStateEncoder:
         return bytes(self._buffer)
 
 
+class JointStateDecoder:
+    """Reads serialised JointStates; the layout is looked up once a joint list."""
+
+    def __init__(self) -> None:
+        """Know no layout yet."""
+        self._layout = b""
+        self._names: tuple[str, ...] = ()
+        self._read = struct.Struct("<0d")
+
+    def decode(self, data: bytes) -> tuple[int, tuple[str, ...], tuple[float, ...]]:
+        """Return stamp [ns], joint names and their positions; as many of both.
+
+        The tuple of names stays the same object while the joints stay the same.
+
+        Raises:
+            MessageError: not a JointState in little-endian XCDR version 1.
+        """
+        try:
+            if not self._layout or not data.startswith(self._layout, _FRAME):
+                self._learn(data)
+            seconds, nanoseconds, _ = _read_stamp(data, _STAMP)
+            positions = self._read.unpack_from(data)
+        except (struct.error, UnicodeDecodeError) as error:
+            raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
+        return seconds * _SECOND + nanoseconds, self._names, positions
+
+    def _learn(self, data: bytes) -> None:
+        _require_encoding(data)
+        _, offset = _string(data, _FRAME)
+        names, offset = _strings(data, offset)
+        offset = _aligned(offset, 4)
+        count = min(int(_read_count(data, offset)[0]), len(names))
+        positions = _aligned(offset + 4, 8) if count else 0
+        self._layout = data[_FRAME : offset + 4]
+        self._names = tuple(names[:count])
+        self._read = struct.Struct(f"<{positions}x{count}d")
+
+
 class WheelDecoder:
-    """Finds the wheels in serialised JointStates; the layout is looked up once a joint list."""
+    """Finds the wheels in serialised JointStates."""
 
     def __init__(self, left: str, right: str) -> None:
-        """Look for joints of these names; one of them is enough."""
-        self._names = (left, right)
-        self._layout = b""
-        self._read: struct.Struct | None = None
+        """Look for joints of these names, one of them is enough, else for `wheel_joint`."""
+        self._wheels = (left, right)
+        self._joints = JointStateDecoder()
+        self._names: tuple[str, ...] | None = None
         self._at: tuple[int, ...] = ()
 
     def decode(self, data: bytes) -> WheelReading | None:
@@ -137,32 +176,20 @@ class WheelDecoder:
         Raises:
             MessageError: not a JointState in little-endian XCDR version 1.
         """
-        try:
-            if not self._layout or not data.startswith(self._layout, _FRAME):
-                self._learn(data)
-            if self._read is None:
-                return None
-            seconds, nanoseconds, _ = _read_stamp(data, _STAMP)
-            positions = self._read.unpack_from(data)
-        except (struct.error, UnicodeDecodeError) as error:
-            raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
-        stamp = seconds * _SECOND + nanoseconds
+        stamp, names, positions = self._joints.decode(data)
+        if names is not self._names:
+            self._names = names
+            present = [wheel for wheel in self._wheels if wheel in names]
+            if not present and SINGLE_WHEEL_JOINT in names:
+                present = [SINGLE_WHEEL_JOINT]
+            self._at = tuple(names.index(wheel) for wheel in present)
+        if not self._at:
+            return None
         angles = [positions[index] for index in self._at]
         if len(angles) == 1:
             return WheelReading(stamp, angles[0], 0.0, 1.0)
         left, right = angles
         return WheelReading(stamp, 0.5 * (left + right), right - left, 2.0)
-
-    def _learn(self, data: bytes) -> None:
-        _require_encoding(data)
-        _, offset = _string(data, _FRAME)
-        names, offset = _strings(data, offset)
-        offset = _aligned(offset, 4)
-        count = int(_read_count(data, offset)[0])
-        positions = _aligned(offset + 4, 8)
-        self._layout = data[_FRAME : offset + 4]
-        self._at = tuple(names.index(name) for name in self._names if name in names[:count])
-        self._read = struct.Struct(f"<{positions}x{count}d") if self._at else None
 
 
 def encode_float64(value: float) -> bytes:

@@ -31,7 +31,8 @@ class InputSettings:
         ),
     ] = DEFAULT_WAIT
     left_wheel_joint: str = "left_wheel_joint"
-    """Name of the left wheel in `joint_states`; one of the two wheels is enough."""
+    """Name of the left wheel in `joint_states`; one of the two wheels is enough. Where a robot
+    has neither joint, `wheel_joint` counts."""
     right_wheel_joint: str = "right_wheel_joint"
     """Name of the right wheel in `joint_states`."""
 

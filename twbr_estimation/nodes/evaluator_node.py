@@ -1,0 +1,267 @@
+"""Compare live estimates with the reference encoder: running figures, table and JSON at the end.
+
+Scores `tilt/compare`, `imu/data` and any further Imu topic against `reference/joint_states`
+with the association and the figures of `twbr evaluate`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64, Header
+from std_srvs.srv import Trigger
+
+from ..bounds import Bounds, require_bounds
+from ..errors import ConfigurationError, MessageError, TwbrError
+from ..evaluation import Options, RecordingScore
+from ..messages import tilt_of_quaternion
+from ..streams.cdr import ORIENTATION, ORIENTATION_COVARIANCE, JointStateDecoder, decode_imu
+from ..streams.evaluation import LiveEvaluation
+from .declarations import declarations_of, settings_from
+from .diagnostics import Diagnostics, Level, Report
+from .parameters import NodeParameters
+from .qos import PUBLISHED, SUBSCRIBED, overridable
+from .spin import run
+
+FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg")
+"""Figures with a topic each, below the estimator's name."""
+PROGRESS_EVERY = 5
+"""Estimates between two messages on `~/progress`."""
+SILENCE = 1_000_000_000
+"""A source whose last stamp is older than this [ns] does not hold up `~/progress`."""
+REFERENCE = "reference"
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluatorSettings:
+    """Parameters of the node."""
+
+    estimators: tuple[str, ...] = ("active=imu/data",)
+    """Imu topics to compare, as NAME=TOPIC; all of `tilt/compare` comes on top."""
+    reference_joint: str = "tilt"
+    """Joint of `reference/joint_states` that is the tilt."""
+    reference_delay: Annotated[
+        float, Bounds(-10.0, 10.0, "s", "An estimate at t is compared with the reference at t - it")
+    ] = 0.0
+    reference_offset_deg: Annotated[
+        float, Bounds(-180.0, 180.0, "deg", "Added to the reference")
+    ] = 0.0
+    skip: Annotated[float, Bounds(0.0, 1e6, "s", "Time at the start that is not scored")] = 0.0
+    period: Annotated[float, Bounds(0.05, 3600.0, "s", "Time between two sets of figures")] = 1.0
+    source: str = "live"
+    """What to call the data in table and JSON."""
+    json_file: str = ""
+    """Where the figures are written at the end; nowhere if empty."""
+    table: bool = True
+    """Print the table at the end."""
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+        self.topics()
+
+    def topics(self) -> dict[str, str]:
+        """Return the Imu topics by the estimators' names.
+
+        Raises:
+            ConfigurationError: an entry that is not NAME=TOPIC.
+        """
+        found = {}
+        for entry in self.estimators:
+            name, _, topic = entry.partition("=")
+            if entry and not (name.isidentifier() and topic):
+                raise ConfigurationError(
+                    f"estimators: {entry!r} is not NAME=TOPIC, the name of letters, digits and _"
+                )
+            found[name] = topic
+        found.pop("", None)
+        return found
+
+    def options(self) -> Options:
+        """Return how estimates are compared."""
+        return Options(self.reference_delay, math.radians(self.reference_offset_deg), self.skip)
+
+
+class EvaluatorNode(Node):
+    """Subscribes, collects, and asks a `LiveEvaluation` for the figures."""
+
+    def __init__(self, **options: Any) -> None:
+        """Create the node.
+
+        Raises:
+            ConfigurationError: a parameter that cannot be used.
+        """
+        super().__init__("evaluator_node", **options)
+        defaults = EvaluatorSettings()
+        self._settings = NodeParameters(
+            self,
+            declarations_of(defaults, read_only=True),
+            lambda values: settings_from(defaults, values),
+        ).current
+        self._live = self._begin()
+        self._finished: list[RecordingScore] = []
+        self._ended = False
+        self._unreadable = self._received = 0
+        self._last_stamps: dict[str, int] = {}
+        self._figures: dict[tuple[str, str], Any] = {}
+        self._subscribe()
+        self._progress = self.create_publisher(
+            Header, "~/progress", PUBLISHED, qos_overriding_options=overridable()
+        )
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self._diagnostics = Diagnostics(self, self.report)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(self._settings.period, self.publish_figures, clock=steady)
+
+    def _begin(self) -> LiveEvaluation:
+        return LiveEvaluation(self._settings.options(), self._settings.source)
+
+    def _subscribe(self) -> None:
+        joint_topics = {
+            "reference/joint_states": self._on_reference,
+            "tilt/compare": self._on_compare,
+        }
+        for topic, take in joint_topics.items():
+            self._listen(JointState, topic, self._joint_callback(take))
+        for name, topic in self._settings.topics().items():
+            self._listen(Imu, topic, self._imu_callback(name))
+
+    def _listen(self, kind: Any, topic: str, callback: Any) -> None:
+        def guarded(data: bytes) -> None:
+            try:
+                callback(data)
+            except MessageError:
+                self._unreadable += 1
+
+        self.create_subscription(
+            kind, topic, guarded, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
+        )
+
+    def _joint_callback(self, take: Any) -> Any:
+        decoder = JointStateDecoder()
+        return lambda data: take(*decoder.decode(data))
+
+    def _imu_callback(self, name: str) -> Any:
+        def take(data: bytes) -> None:
+            stamp, values = decode_imu(data)
+            x, y, z, w = values[ORIENTATION : ORIENTATION + 4]
+            oriented = values[ORIENTATION_COVARIANCE] != -1.0 and (x, y, z, w) != (0, 0, 0, 0)
+            self._live.add_estimate(
+                name, stamp, float(tilt_of_quaternion(x, y, z, w)) if oriented else math.nan
+            )
+            self._note(f"{name} on its topic", stamp)
+
+        return take
+
+    def _on_compare(self, stamp: int, names: tuple[str, ...], tilts: tuple[float, ...]) -> None:
+        for name, tilt in zip(names, tilts, strict=True):
+            self._live.add_estimate(name, stamp, tilt)
+        self._note("tilt/compare", stamp)
+
+    def _on_reference(self, stamp: int, names: tuple[str, ...], tilts: tuple[float, ...]) -> None:
+        if self._settings.reference_joint not in names:
+            return
+        if self._live.ends_before(stamp):
+            self._end_recording()
+        self._live.add_reference(stamp, tilts[names.index(self._settings.reference_joint)])
+        self._note(REFERENCE, stamp)
+
+    def _note(self, source: str, stamp: int) -> None:
+        """Note how far a source is, and now and then say how far all are."""
+        last = self._last_stamps
+        if stamp < last.get(source, 0) - SILENCE:
+            last.clear()
+        last[source] = stamp
+        self._received += 1
+        if self._received % PROGRESS_EVERY == 0:
+            newest = max(last.values())
+            slowest = min(each for each in last.values() if newest - each <= SILENCE)
+            message = Header()
+            message.stamp.sec, message.stamp.nanosec = divmod(slowest, 1_000_000_000)
+            self._progress.publish(message)
+
+    def _end_recording(self) -> None:
+        """Close the figures of one pass and begin the next."""
+        try:
+            self._finished.append(self._live.result())
+        except TwbrError as error:
+            self.get_logger().warning(str(error))
+        self._live = self._begin()
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._live, self._finished = self._begin(), []
+        response.success, response.message = True, "the figures start afresh"
+        return response
+
+    def publish_figures(self) -> None:
+        """Score what has come, and publish each figure of each estimator."""
+        self._live.update()
+        for name, score in self._live.scores(delays=False).items():
+            for figure in FIGURES:
+                self._figure(name, figure).publish(Float64(data=getattr(score, figure)))
+
+    def _figure(self, name: str, figure: str) -> Any:
+        publisher = self._figures.get((name, figure))
+        if publisher is None:
+            publisher = self.create_publisher(Float64, f"~/{name}/{figure}", PUBLISHED)
+            self._figures[name, figure] = publisher
+        return publisher
+
+    def report(self) -> Report:
+        """Return what `/diagnostics` says."""
+        scores = self._live.scores(delays=False)
+        values: dict[str, object] = {
+            "recordings_finished": len(self._finished),
+            "unreadable_messages": self._unreadable,
+            **{f"{name}.not_used": count for name, count in self._live.refused.items()},
+        }
+        for name, score in scores.items():
+            values |= {f"{name}.{figure}": getattr(score, figure) for figure in FIGURES}
+            values |= {f"{name}.samples": score.samples, f"{name}.left_out": score.left_out}
+        if REFERENCE not in self._last_stamps:
+            return Report(Level.WARN, "waiting for reference/joint_states", values)
+        if not scores:
+            return Report(Level.WARN, "no estimate has been compared yet", values)
+        best = min(scores, key=lambda name: scores[name].mse_deg2)
+        return Report(Level.OK, f"best: {best}, {scores[best].mse_deg2:.4g} deg^2", values)
+
+    def finish(self) -> list[RecordingScore]:
+        """End the recording; print the table and write the JSON where asked; return the scores."""
+        if self._ended:
+            return self._finished
+        self._ended = True
+        self._end_recording()
+        if self._finished and self._settings.table:
+            self._print()
+        if self._finished and self._settings.json_file:
+            self._write()
+        return self._finished
+
+    def _print(self) -> None:
+        from rich.console import Console
+
+        from ..scores import print_scores
+
+        print_scores(Console(), self._finished)
+
+    def _write(self) -> None:
+        from ..scores import write_scores
+
+        try:
+            write_scores(self._settings.json_file, self._finished)
+        except ConfigurationError as error:
+            self.get_logger().error(f"json_file: {error}")
+
+    def destroy_node(self) -> None:
+        """Finish, then destroy the node."""
+        self.finish()
+        super().destroy_node()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is asked to stop; then print the table."""
+    return run(EvaluatorNode, arguments)
