@@ -8,7 +8,7 @@ from setuptools import find_packages, setup
 NAME = "twbr_estimation"
 ROOT = Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
 VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_text()).group(1)
-NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.name != "run_node")
+NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
 TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10"]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]

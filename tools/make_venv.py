@@ -19,6 +19,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "set_up_for"
 MADE_BY = VENV / "made_by"
 """Names the interpreter, so that `make` goes on with the one a user chose."""
+NAME = "twbr_estimation"
 REQUIREMENT_FILES = ("setup.py", "setup.cfg", "pyproject.toml", "tools/make_venv.py")
 WHEELS_LOST = """\
 No ROS 2 here: its wheels exist for Linux on x86-64 only, and no ROS 2 Jazzy is sourced.
@@ -68,7 +69,13 @@ def fingerprint(extras: str, ros_is_sourced: bool) -> str:
         digest.update(part.encode())
     for name in REQUIREMENT_FILES:
         digest.update((ROOT / name).read_bytes())
+    digest.update(" ".join(nodes()).encode())
     return digest.hexdigest()
+
+
+def nodes() -> list[str]:
+    """Return the names of the ROS nodes."""
+    return sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
 
 def install(extras: str, ros_is_sourced: bool) -> None:
@@ -78,6 +85,21 @@ def install(extras: str, ros_is_sourced: bool) -> None:
     subprocess.run([sys.executable, "-m", "venv", "--clear", *site, str(VENV)], check=True)
     pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--disable-pip-version-check"]
     subprocess.run([*pip, "--editable", f".[{extras}]"], check=True, cwd=ROOT)
+    link_data_files()
+
+
+def link_data_files() -> None:
+    """Link what ROS looks for outside Python packages; an editable install leaves it out."""
+    links = {
+        f"share/ament_index/resource_index/packages/{NAME}": f"resource/{NAME}",
+        f"share/{NAME}/package.xml": "package.xml",
+        f"share/{NAME}/config": "config",
+        f"share/{NAME}/launch": "launch",
+        **{f"lib/{NAME}/{node}": f"scripts/{node}" for node in nodes()},
+    }
+    for link, target in links.items():
+        (VENV / link).parent.mkdir(parents=True, exist_ok=True)
+        (VENV / link).symlink_to(ROOT / target)
 
 
 def main() -> None:
