@@ -7,6 +7,7 @@ varying frame ids or lengths take the same road.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -69,35 +70,36 @@ def decode_temperature(batch: MessageBatch) -> Columns:
 
 def decode_float64(batch: MessageBatch) -> Columns:
     """Return the number of `std_msgs/Float64`, stamped with the bag's time."""
-    order = byte_order(batch)
-    whole = batch.take(batch.sizes >= 12)
+    whole, order = readable(batch, 12)
     values = whole.at(whole.offsets[:, None] + 4, f"{order}f8").astype(np.float64)
     frames = np.full(whole.offsets.size, "", dtype=object)
     broken = batch.offsets.size - whole.offsets.size
     return Columns(whole.bag_times, whole.bag_times, values, frames, broken)
 
 
-def byte_order(batch: MessageBatch) -> str:
-    """Return numpy's sign of the byte order all messages share.
+def readable(batch: MessageBatch, least: int) -> tuple[MessageBatch, str]:
+    """Return the messages of at least `least` bytes, and their byte order as numpy's sign.
+
+    Messages whose encapsulation is not that of the most are damaged and left out.
 
     Raises:
-        RecordingError: another serialisation, or both orders in one batch.
+        RecordingError: most messages are serialised in another way.
     """
-    if not batch.offsets.size:
-        return "<"
-    kinds = set(batch.at(batch.offsets[batch.sizes >= 4], ">u2").tolist())
-    if not kinds:
-        return "<"
-    if len(kinds) > 1 or not kinds <= _ORDERS.keys():
-        found = ", ".join(f"0x{kind:04x}" for kind in sorted(kinds))
-        raise RecordingError(f"messages have encapsulation {found}; known are 0x0000 and 0x0001")
-    return _ORDERS[kinds.pop()]
+    whole = batch.take(batch.sizes >= least)
+    if not whole.offsets.size:
+        return whole, "<"
+    kinds = whole.at(whole.offsets, ">u2")
+    usual, _ = Counter(kinds.tolist()).most_common(1)[0]
+    if usual not in _ORDERS:
+        raise RecordingError(
+            f"messages have encapsulation 0x{usual:04x}; known are 0x0000 and 0x0001"
+        )
+    return whole.take(kinds == usual), _ORDERS[usual]
 
 
 def _after_header(batch: MessageBatch) -> tuple[MessageBatch, str, IntArray, NDArray[np.object_]]:
     """Return messages with a whole header, byte order, where the next double lies, frame ids."""
-    order = byte_order(batch)
-    whole = batch.take(batch.sizes >= 16)
+    whole, order = readable(batch, 16)
     lengths = whole.at(whole.offsets + 12, f"{order}u4").astype(np.int64)
     fits = lengths <= whole.sizes - 16
     whole, lengths = whole.take(fits), lengths[fits]

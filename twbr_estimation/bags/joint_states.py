@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import IntArray, MessageBatch
-from .cdr import Columns, byte_order, bytes_at, header_stamps
+from .cdr import Columns, bytes_at, header_stamps, readable
 
 _SHARED_LAYOUTS = 32
 """Layouts looked for among all messages; after that each message is taken alone."""
@@ -37,13 +37,14 @@ def decode_joint_state(batch: MessageBatch, joints: tuple[str, ...]) -> Columns:
     Messages with none of the joints are left out: other publishers may share the topic.
     Messages that are too short are counted as broken.
     """
-    order = byte_order(batch)
-    size = batch.offsets.size
-    columns = _Filling(batch, order, joints, np.full((size, 2 * len(joints)), np.nan))
+    whole, order = readable(batch, 16)
+    size = whole.offsets.size
+    columns = _Filling(whole, order, joints, np.full((size, 2 * len(joints)), np.nan))
+    columns.broken = batch.offsets.size - size
     pending = np.ones(size, dtype=bool)
     while pending.any():
         columns.take_layout_of(int(np.argmax(pending)), pending)
-    chosen = batch.take(columns.found)
+    chosen = whole.take(columns.found)
     return Columns(
         header_stamps(chosen, order),
         chosen.bag_times,

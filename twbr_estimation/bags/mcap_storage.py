@@ -1,7 +1,7 @@
 """Read MCAP files chunk by chunk, also truncated and damaged ones.
 
-The outer records are parsed with the `mcap` package. Nothing depends on the summary at the
-end of the file, which a recorder that was killed did not write.
+The outer records are parsed with the `mcap` package. No message depends on the summary at
+the end of the file, which a recorder that was killed did not write.
 """
 
 from __future__ import annotations
@@ -66,11 +66,13 @@ class McapStorage:
         raw, at = data.data, len(MAGIC)
         while at + RECORD_HEAD <= data.size:
             opcode, length = struct.unpack_from("<BQ", raw, at)
-            if opcode == 0:
-                break
             start, at = at + RECORD_HEAD, at + RECORD_HEAD + length
+            # A file system that lost power pads with zeros, from the middle of a message on.
+            padding_follows = opcode == Opcode.MESSAGE and at < data.size and raw[at] == 0
+            if opcode == 0 or padding_follows:
+                break
             yield opcode, start, min(at, data.size)
-            if opcode in (Opcode.DATA_END, Opcode.FOOTER):
+            if opcode == Opcode.FOOTER:
                 return
         self.repairs["file is cut off; read up to there"] += 1
 

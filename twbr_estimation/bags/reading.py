@@ -193,7 +193,7 @@ class _Reader:
 
     def _clean(self, topic: str, columns: Columns, required: slice) -> Columns:
         cleaner = Cleaner(topic, self.repairs)
-        cleaner.count("messages too short for their type dropped", columns.broken)
+        cleaner.count("damaged messages dropped", columns.broken)
         total = columns.stamps.size
         try:
             columns = cleaner.clean(columns, required)

@@ -14,6 +14,7 @@ from ..errors import RecordingError
 from .batch import MessageBatch, joined
 
 MAGIC = b"SQLite format 3\x00"
+_QUERY = "SELECT id, timestamp, data FROM messages WHERE topic_id = ? AND id > ? ORDER BY id"
 _ROWS = 16384
 """Messages fetched at once."""
 
@@ -55,11 +56,32 @@ class SqliteStorage:
     def _messages(
         self, database: sqlite3.Connection, identifier: int, topic: str
     ) -> Iterator[tuple[str, MessageBatch]]:
-        query = "SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY id"
+        """Yield one topic's messages; of a damaged database those before the damage."""
+        last = -1
         try:
-            cursor = database.execute(query, (identifier,))
+            cursor = database.execute(_QUERY, (identifier, last))
             while rows := cursor.fetchmany(_ROWS):
-                times, blobs = zip(*rows, strict=True)
-                yield topic, joined(blobs, np.array(times, dtype=np.int64))
+                last = rows[-1][0]
+                yield topic, _batch(rows)
         except sqlite3.Error:
             self.repairs[f"{topic}: database is damaged; read up to there"] += 1
+            if rows := _up_to_the_damage(database, identifier, last):
+                yield topic, _batch(rows)
+
+
+def _up_to_the_damage(
+    database: sqlite3.Connection, identifier: int, last: int
+) -> list[tuple[int, int, bytes]]:
+    """Return the rows after `last` one by one: a failed `fetchmany` keeps none of its rows."""
+    rows = []
+    try:
+        for row in database.execute(_QUERY, (identifier, last)):
+            rows.append(row)
+    except sqlite3.Error:
+        pass
+    return rows
+
+
+def _batch(rows: list[tuple[int, int, bytes]]) -> MessageBatch:
+    _, times, messages = zip(*rows, strict=True)
+    return joined(messages, np.array(times, dtype=np.int64))
