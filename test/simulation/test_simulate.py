@@ -82,19 +82,20 @@ def test_a_longer_drive_begins_like_a_shorter_one():
     np.testing.assert_array_equal(short.recording.imu.gyro, long.recording.imu.gyro[:1000])
 
 
-def test_perfect_sensors_give_the_truth_up_to_differentiation():
+@pytest.mark.parametrize(("dt", "limit"), [(0.0005, 0.01), (0.002, 0.1)])
+def test_perfect_sensors_give_the_truth_up_to_differentiation(dt, limit):
+    """A wrong sign or a missing term costs more than the differences do, by far."""
     settings = CorrectionSettings(rate_time_constant=0.0, velocity_time_constant=0.0)
     for seed in SEEDS:
-        simulated = simulate("ideal", 0.0005, 20.0, seed)
+        simulated = simulate("ideal", dt, 20.0, seed)
         assert simulated.falls == 0
 
-        def error(terms: CorrectionSettings, drive: Simulated = simulated) -> float:
-            track = corrected(drive, terms)
-            return float(np.median(np.abs(errors_deg(track.field("angle"), drive))))
+        def mse(terms: CorrectionSettings, drive: Simulated = simulated) -> float:
+            return mse_deg2(corrected(drive, terms).field("angle"), drive)
 
-        assert error(settings) < 0.2
+        assert mse(settings) < limit
         for term in ("euler", "wheel"):
-            assert error(replace(settings, **{term: False})) > 5.0 * error(settings)
+            assert mse(replace(settings, **{term: False})) > 50.0 * mse(settings)
 
 
 def test_integrated_perfect_gyro_is_the_truth():

@@ -8,8 +8,6 @@ import numpy as np
 
 from ..plant import PlantParameters, PlantState, linearised
 
-CONTROL_PERIOD = 0.005
-"""Period of the controller, and the delay of its output [s]."""
 STATE_WEIGHTS = (3.06, 0.1, 31.3, 1.0)
 """Weights of position, velocity, tilt and tilt rate."""
 VOLTAGE_WEIGHT = 0.058
@@ -26,12 +24,12 @@ class BalanceGains(NamedTuple):
     voltage: float
 
 
-def balance_gains(plant: PlantParameters) -> BalanceGains:
-    """Return the gains for the linearised plant, sampled, with one period of delay."""
+def balance_gains(plant: PlantParameters, period: float) -> BalanceGains:
+    """Return the gains for the linearised plant, sampled, with one period of delay [s]."""
     from scipy.linalg import expm, solve_discrete_are
 
     a, b = linearised(plant)
-    sampled = expm(np.block([[a, b], [np.zeros((1, 5))]]) * CONTROL_PERIOD)
+    sampled = expm(np.block([[a, b], [np.zeros((1, 5))]]) * period)
     transition = np.zeros((5, 5))
     transition[:4] = sampled[:4]
     entry = np.zeros((5, 1))

@@ -87,8 +87,8 @@ def disturb(world: World, steps: int, seed: int) -> Disturbances:
         * PUSH_FORCE,
         slope=rough * _slope(stream(seed, "slope"), steps),
         hit=_events(stream(seed, "hit"), steps, HIT_RATE if world.impacts else 0.0),
-        target=world.push_factor * target,
-        target_speed=world.push_factor * target_speed,
+        target=world.push_factor * _smoothed(target, world.command_smoothing),
+        target_speed=world.push_factor * _smoothed(target_speed, world.command_smoothing),
         bump=rough * _bumps(stream(seed, "bump"), steps),
         vibration=rough * _vibration(stream(seed, "vibration"), steps),
         slip=SLIP_SPEED
@@ -166,6 +166,15 @@ def _tasks(random: np.random.Generator, steps: int) -> tuple[FloatArray, FloatAr
             speed[begin:end] = SPEED_SHARE * size * turn * np.cos(phase)
         begin = end
     return position, speed
+
+
+def _smoothed(command: FloatArray, seconds: float) -> FloatArray:
+    """Return the command averaged twice over the past `seconds`, which takes its corners."""
+    window = round(seconds / STEP)
+    for _ in range(2 if window > 1 else 0):
+        total = np.cumsum(np.concatenate([np.zeros(window), command]))
+        command = (total[window:] - total[:-window]) / window
+    return command
 
 
 def _bumps(random: np.random.Generator, steps: int) -> FloatArray:

@@ -12,7 +12,7 @@ from ..plant import PlantParameters
 from ..recording import FloatArray
 from ..samples import STANDARD_GRAVITY
 from ..sensors.error_model import ImuErrors, read
-from .balance import CONTROL_PERIOD, BalanceGains
+from .balance import BalanceGains
 from .disturbances import STEP, Disturbances
 from .rig import Inputs, RigState, loads, next_voltage, ring_acceleration, step, vibration_level
 from .sensing import Motion, Mount, at_rest, sense
@@ -23,9 +23,15 @@ _SOURCES = ("samples.py", "plant.py", "sensors/error_model.py", "simulation/*.py
 
 
 def drive(
-    disturbances: Disturbances, plant: PlantParameters, gains: BalanceGains
+    disturbances: Disturbances, plant: PlantParameters, gains: BalanceGains, period: float
 ) -> tuple[FloatArray, int]:
     """Let the robot balance through all disturbances.
+
+    Args:
+        disturbances: n steps of them.
+        plant: the robot.
+        gains: its balance controller.
+        period: of the controller [s].
 
     Returns:
         The motion, (n, 9) with `MOTION_COLUMNS`, its first row at rest; and the falls.
@@ -33,7 +39,9 @@ def drive(
     d = disturbances
     inputs = np.column_stack([d.push, d.slope, d.hit, d.target, d.target_speed, d.bump, d.slip])
     motion = np.zeros((inputs.shape[0], len(MOTION_COLUMNS)))
-    state = _drive_kernel()(inputs, d.vibration, plant, gains, RigState(), motion)
+    state = _drive_kernel()(
+        inputs, d.vibration, plant, gains, round(period / STEP), RigState(), motion
+    )
     return motion, int(state.falls)
 
 
@@ -65,17 +73,17 @@ def measure(
 
 @lru_cache(maxsize=1)
 def _drive_kernel() -> Any:
-    period = round(CONTROL_PERIOD / STEP)
-
     version = source_version(_SOURCES)
 
-    def run(inputs: Any, vibration: Any, plant: Any, gains: Any, state: Any, motion: Any) -> Any:
+    def run(
+        inputs: Any, vibration: Any, plant: Any, gains: Any, every: int, state: Any, motion: Any
+    ) -> Any:
         version  # noqa: B018  part of the cache key
         voltage, pending = 0.0, 0.0
         for i in range(1, inputs.shape[0]):
             row = inputs[i - 1]
             now = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
-            if (i - 1) % period == 0:
+            if (i - 1) % every == 0:
                 voltage = pending
                 pending = next_voltage(state, now, pending, gains, plant.supply_voltage)
             acting = loads(state, now, plant)

@@ -31,7 +31,9 @@ class Performed(NamedTuple):
 
 
 def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
-    motion, falls = drive(disturb(world, steps, seed), plant, balance_gains(plant))
+    period = world.control_period
+    gains = balance_gains(plant, period)
+    motion, falls = drive(disturb(world, steps, seed), plant, gains, period)
     return Performed(motion, falls)
 
 

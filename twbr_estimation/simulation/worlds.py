@@ -66,12 +66,16 @@ class World:
     """Whether the wheels hit obstacles."""
     push_factor: float = 1.0
     """Factor on pushes and commanded motion."""
+    command_smoothing: float = 0.0
+    """Time over which commands are averaged [s]; 0 lets them jump."""
+    control_period: float = 0.005
+    """Period of the balance controller, and the delay of its output [s]."""
 
 
 PAPER = World("paper", "the robot of Laddach 2022, gyro reading 2.5 % low")
 IDEAL = World(
     "ideal",
-    "perfect sensors on smooth ground",
+    "perfect sensors, smooth ground and smooth control",
     gyro_scale_error=0.0,
     gyro_acceleration_deg=0.0,
     gyro_drift_deg=0.0,
@@ -84,6 +88,8 @@ IDEAL = World(
     vibration=0.0,
     impacts=False,
     push_factor=0.5,
+    command_smoothing=0.2,
+    control_period=0.0005,
 )
 W1 = replace(PAPER, name="W1", summary="gyro reading 5.5 % low", gyro_scale_error=-0.055)
 W2 = replace(
