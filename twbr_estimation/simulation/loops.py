@@ -10,15 +10,12 @@ import numpy as np
 from ..compilation import compiled, source_version
 from ..plant import PlantParameters
 from ..recording import FloatArray
-from ..samples import STANDARD_GRAVITY
 from ..sensors.error_model import ImuErrors, read
 from .balance import BalanceGains
 from .disturbances import STEP, Disturbances
-from .rig import Inputs, RigState, loads, next_voltage, ring_acceleration, step, vibration_level
+from .rig import Inputs, RigState, loads, motion_of, next_voltage, step
 from .sensing import Motion, Mount, at_rest, sense
 
-MOTION_COLUMNS = (*Motion._fields, "wheel_travel", "voltage")
-"""Columns of a motion over time, one row a step."""
 _SOURCES = ("samples.py", "plant.py", "sensors/error_model.py", "simulation/*.py")
 
 
@@ -34,11 +31,11 @@ def drive(
         period: of the controller [s].
 
     Returns:
-        The motion, (n, 9) with `MOTION_COLUMNS`, its first row at rest; and the falls.
+        The motion, (n, 8) with the fields of `Motion`, its first row at rest; and the falls.
     """
     d = disturbances
     inputs = np.column_stack([d.push, d.slope, d.hit, d.target, d.target_speed, d.bump, d.slip])
-    motion = np.zeros((inputs.shape[0], len(MOTION_COLUMNS)))
+    motion = np.zeros((inputs.shape[0], len(Motion._fields)))
     state = _drive_kernel()(
         inputs, d.vibration, plant, gains, round(period / STEP), RigState(), motion
     )
@@ -56,7 +53,7 @@ def measure(
     """Read the IMU at every `every`-th step of a motion.
 
     Args:
-        motion: (n, 9) with `MOTION_COLUMNS`.
+        motion: (n, 8) with the fields of `Motion`.
         mount: how the IMU is fixed.
         errors: what is wrong with it.
         drift: deviation of the gyro biases at each reading [rad/s], (m, 3).
@@ -88,19 +85,13 @@ def _drive_kernel() -> Any:
                 pending = next_voltage(state, now, pending, gains, plant.supply_voltage)
             acting = loads(state, now, plant)
             state = step(state, now, voltage, acting, plant)
-            level = vibration_level(state.plant.velocity, voltage)
-            motion[i, 0] = state.plant.velocity
-            motion[i, 1] = state.plant.tilt
-            motion[i, 2] = state.plant.rate
-            motion[i, 3] = acting.gravity - STANDARD_GRAVITY
-            motion[i, 4] = level * vibration[i, 0] + ring_acceleration(state.ring_forward)
-            motion[i, 5] = level * vibration[i, 1]
-            motion[i, 6] = level * vibration[i, 2] + ring_acceleration(state.ring_up)
-            motion[i, 7] = state.wheel_travel
-            motion[i, 8] = voltage
+            shake = (vibration[i, 0], vibration[i, 1], vibration[i, 2])
+            moved = motion_of(state, acting, voltage, shake)
+            for column in range(len(moved)):
+                motion[i, column] = moved[column]
         return state
 
-    return compiled(run, next_voltage, loads, step, vibration_level, ring_acceleration)
+    return compiled(run, next_voltage, loads, step, motion_of)
 
 
 @lru_cache(maxsize=1)
@@ -112,10 +103,12 @@ def _measure_kernel() -> Any:
     ) -> None:
         version  # noqa: B018  part of the cache key
         row = motion[0]
-        sensed = at_rest(Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6]), mount)
+        sensed = at_rest(
+            Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]), mount
+        )
         for i in range(motion.shape[0]):
             row = motion[i]
-            now = Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
+            now = Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
             sensed = sense(sensed, now, mount)
             k = i // every
             if i % every == 0 and k < readings.shape[0]:

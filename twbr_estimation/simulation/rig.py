@@ -20,8 +20,10 @@ from ..plant import (
     tilt_inertia,
 )
 from ..samples import STANDARD_GRAVITY
+from ..sensors.error_model import Triple
 from .balance import BalanceGains, balance_voltage
 from .disturbances import STEP
+from .sensing import Motion
 
 PUSH_HEIGHT = 0.18
 """Where pushes act, above the axle [m]."""
@@ -117,18 +119,10 @@ def step(
     applied = back_emf(state.plant, plant) if coasting else voltage
     moved = advance(state.plant, applied, acting, plant, STEP)
     travel = state.wheel_travel + moved.position - state.plant.position + inputs.slip * STEP
-    obstacle = state.obstacle or inputs.hit > 0.0
-    touched = moved
-    if obstacle and abs(touched.velocity) > OBSTACLE_SPEED:
-        touched = stop_axle(touched, OBSTACLE_RESTITUTION, plant)
-        obstacle = False
-    stopped = abs(touched.tilt) >= STOP_TILT and touched.tilt * touched.rate > 0.0
-    if stopped:
-        touched = stop_body(touched, STOP_RESTITUTION, plant)
-    shock_forward = touched.velocity - moved.velocity
-    shock_up = touched.rate - moved.rate
+    touched, obstacle, stopped = _contacts(moved, state.obstacle or inputs.hit > 0.0, plant)
+    shock = touched.velocity - moved.velocity
+    jerk = plant.body_height * (touched.rate - moved.rate)
     mode, timer, origin = _held(state, touched, stopped)
-    falls = state.falls + (1 if stopped and state.mode == BALANCING else 0)
     return RigState(
         touched,
         travel,
@@ -136,10 +130,23 @@ def step(
         timer,
         origin,
         obstacle,
-        falls,
-        _rung(state.ring_forward, shock_forward + 2.0 * plant.body_height * shock_up),
-        _rung(state.ring_up, 0.5 * plant.body_height * shock_up - 0.5 * shock_forward),
+        state.falls + (1 if stopped and not coasting else 0),
+        _rung(state.ring_forward, shock + 2.0 * jerk),
+        _rung(state.ring_up, 0.5 * (jerk - shock)),
     )
+
+
+def _contacts(
+    moved: PlantState, obstacle: bool, plant: PlantParameters
+) -> tuple[PlantState, bool, bool]:
+    """Return the state after impacts, if an obstacle still lies ahead, if a stop was hit."""
+    if obstacle and abs(moved.velocity) > OBSTACLE_SPEED:
+        moved = stop_axle(moved, OBSTACLE_RESTITUTION, plant)
+        obstacle = False
+    stopped = abs(moved.tilt) >= STOP_TILT and moved.tilt * moved.rate > 0.0
+    if stopped:
+        moved = stop_body(moved, STOP_RESTITUTION, plant)
+    return moved, obstacle, stopped
 
 
 def _held(state: RigState, plant: PlantState, stopped: bool) -> tuple[int, float, float]:
@@ -168,15 +175,33 @@ def _rung(ring: Ring, shock: float) -> Ring:
     )
 
 
-def ring_acceleration(ring: Ring) -> float:
+def _ring_acceleration(ring: Ring) -> float:
     """Return the acceleration of a ring [m/s^2]."""
     stiffness = RING_FREQUENCY * RING_FREQUENCY * ring.displacement
     return -stiffness - 2.0 * RING_DAMPING * RING_FREQUENCY * ring.velocity
 
 
-def vibration_level(velocity: float, voltage: float) -> float:
-    """Return the rms vibration of the frame at one speed and voltage [m/s^2]."""
-    return VIBRATION_LEVEL * (0.05 + abs(velocity) / 0.5 + 0.6 * abs(voltage) / 12.0)
+def motion_of(state: RigState, acting: Loads, voltage: float, vibration: Triple) -> Motion:
+    """Return how the robot moves after a step.
+
+    Args:
+        state: after the step.
+        acting: the loads during the step.
+        voltage: the motors' voltage during the step [V].
+        vibration: frame vibration at unit level, forward, left, up.
+    """
+    moving = state.plant
+    level = VIBRATION_LEVEL * (0.05 + abs(moving.velocity) / 0.5 + 0.6 * abs(voltage) / 12.0)
+    return Motion(
+        moving.velocity,
+        moving.tilt,
+        moving.rate,
+        acting.gravity - STANDARD_GRAVITY,
+        level * vibration[0] + _ring_acceleration(state.ring_forward),
+        level * vibration[1],
+        level * vibration[2] + _ring_acceleration(state.ring_up),
+        state.wheel_travel,
+    )
 
 
 def next_voltage(

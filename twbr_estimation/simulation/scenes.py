@@ -13,7 +13,8 @@ from ..plant import PlantParameters
 from ..recording import FloatArray
 from .balance import balance_gains
 from .disturbances import STEP, disturb
-from .loops import MOTION_COLUMNS, drive
+from .loops import drive
+from .sensing import Motion
 from .worlds import World
 
 POSE_LIMIT = math.radians(80.0)
@@ -26,7 +27,7 @@ class Performed(NamedTuple):
     """The motion of a scene, one row a step."""
 
     motion: FloatArray
-    """(n, 9) with `MOTION_COLUMNS`."""
+    """(n, 8) with the fields of `Motion`."""
     falls: int
 
 
@@ -39,7 +40,7 @@ def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Perfo
 
 def _still(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
     del world, plant, seed
-    return Performed(np.zeros((steps, len(MOTION_COLUMNS))), 0)
+    return Performed(np.zeros((steps, len(Motion._fields))), 0)
 
 
 def _poses(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
@@ -52,7 +53,7 @@ def _poses(world: World, plant: PlantParameters, steps: int, seed: int) -> Perfo
     stages = np.minimum((time / stage).astype(np.int64), count)
     share = np.clip((time - stages * stage) / MOVE_SECONDS, 0.0, 1.0)
     before, after = angles[np.maximum(stages - 1, 0)], angles[stages]
-    motion = np.zeros((steps, len(MOTION_COLUMNS)))
+    motion = np.zeros((steps, len(Motion._fields)))
     turn = 2.0 * math.pi * share
     motion[:, 1] = before + (after - before) * (share - np.sin(turn) / (2.0 * math.pi))
     motion[:, 2] = (after - before) * (1.0 - np.cos(turn)) / MOVE_SECONDS

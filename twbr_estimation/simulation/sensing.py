@@ -31,6 +31,8 @@ class Motion(NamedTuple):
     """Acceleration of the frame by vibration and ringing, body axes [m/s^2]."""
     shake_left: float
     shake_up: float
+    wheel_travel: float
+    """Distance the tread has rolled, slip included [m]."""
 
 
 class Mount(NamedTuple):

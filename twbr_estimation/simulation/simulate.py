@@ -12,9 +12,9 @@ from ..plant import PlantParameters
 from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
-from .loops import MOTION_COLUMNS, measure
+from .loops import measure
 from .scenes import SCENES, Performed
-from .sensing import imu_errors, mount_of, quantised
+from .sensing import Motion, imu_errors, mount_of, quantised
 from .worlds import World, world_named
 
 WHEEL_COUNTS = 1320
@@ -132,7 +132,7 @@ def _recording(
     """Return the IMU together with encoders and truth at the same stamps."""
     sampled = performed.motion[::every]
     tilt = sampled[:, 1].copy()
-    travel = sampled[:, MOTION_COLUMNS.index("wheel_travel")]
+    travel = sampled[:, Motion._fields.index("wheel_travel")]
     wheel = travel / robot.wheel_radius - tilt
     reference = tilt
     if world.digital:
