@@ -236,7 +236,7 @@ def tilt_topic(stamps: Sequence[int], tilt: np.ndarray, topic: str = "/imu/dmp")
     return BagTopic(topic, IMU, array, orientation_messages(array, tilt, None, "i"))
 
 
-def test_quaternions_of_zero_and_unreported_ones_are_dropped(tmp_path: Path) -> None:
+def test_quaternions_that_are_none_are_dropped(tmp_path: Path) -> None:
     stamps = regular(10)
     tilt = np.linspace(-0.5, 0.5, 10)
     estimator = tilt_topic(stamps, tilt)
@@ -245,14 +245,20 @@ def test_quaternions_of_zero_and_unreported_ones_are_dropped(tmp_path: Path) -> 
     messages[3] = messages[3][:at] + bytes(32) + messages[3][at + 32 :]
     unreported = np.array([-1.0]).tobytes()
     messages[6] = messages[6][: at + 32] + unreported + messages[6][at + 40 :]
+    huge = np.array([1e200]).tobytes()
+    messages[8] = messages[8][:at] + huge + messages[8][at + 8 :]
+    nan = np.array([np.nan]).tobytes()
+    messages[9] = messages[9][:at] + nan + messages[9][at + 8 :]
     path = write_topics(
         tmp_path / "a.mcap", imu_topic(stamps), replace(estimator, messages=messages)
     )
     got = read_recording(path, estimators={"dmp": "/imu/dmp"})
-    kept = [i for i in range(10) if i not in (3, 6)]
+    kept = [i for i in range(10) if i not in (3, 6, 8, 9)]
     np.testing.assert_allclose(got.estimators["dmp"].tilt, tilt[kept], atol=1e-15)
     assert repairs_of(got, "zero quaternion") == 1
     assert repairs_of(got, "no orientation") == 1
+    assert repairs_of(got, "length 1") == 1
+    assert repairs_of(got, "NaN") == 1
 
 
 def test_a_raw_imu_is_no_estimator(tmp_path: Path) -> None:

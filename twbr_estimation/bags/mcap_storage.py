@@ -1,7 +1,9 @@
 """Read MCAP files chunk by chunk, also truncated and damaged ones.
 
 The outer records are parsed with the `mcap` package. No message depends on the summary at
-the end of the file, which a recorder that was killed did not write.
+the end of the file, which a recorder that was killed did not write. Every chunk's checksum is
+checked, where it has one; that of the whole data section is not, as it would not tell which
+messages to leave out.
 """
 
 from __future__ import annotations

@@ -31,6 +31,8 @@ from .cleaning import Cleaner
 from .contents import Contents, Request, read_contents
 from .topics import FLOAT64, IMU, JOINT_STATE, ROLES, TEMPERATURE, TopicNames, absolute
 
+_UNIT_TOLERANCE = 0.1
+"""How far the length of a quaternion may be from 1; two decimals keep it within 0.01."""
 _TILT_TYPES = (JOINT_STATE, IMU, FLOAT64)
 
 
@@ -152,7 +154,11 @@ class _Reader:
         reported = columns.values[:, ORIENTATION_COVARIANCE] != UNREPORTED
         columns = cleaner.keep(columns, reported, "messages that report no orientation dropped")
         real = ~np.all(columns.values[:, ORIENTATION] == 0.0, axis=1)
-        return cleaner.keep(columns, real, "messages with a zero quaternion dropped")
+        columns = cleaner.keep(columns, real, "messages with a zero quaternion dropped")
+        within = np.clip(columns.values[:, ORIENTATION], -2.0, 2.0)
+        unit = np.abs(np.linalg.norm(within, axis=1) - 1.0) <= _UNIT_TOLERANCE
+        unit |= ~np.all(np.isfinite(within), axis=1)  # counted as such later
+        return cleaner.keep(columns, unit, "messages with a quaternion not of length 1 dropped")
 
     def _temperature(self) -> TemperatureTrack | None:
         columns = self._columns("temperature")
