@@ -99,7 +99,7 @@ def evaluate(path: Path, request: Request) -> RecordingScore:
     Raises:
         TwbrError: the recording or the configuration cannot be used.
     """
-    recording = read_recording(path, request.topics, request.estimators)
+    recording = read_recording(path, request.topics, request.estimators, required=("reference",))
     setup, settings = configuration(path, recording.dt, request.config, request.preset)
     if request.terms is not None:
         setup = with_terms(setup, request.terms)
