@@ -124,7 +124,7 @@ def test_more_layouts_than_are_shared() -> None:
     kind = STORE.types["sensor_msgs/msg/JointState"]
     raw = [
         serialised(
-            kind(header(i, f"frame{i}"), ["tilt"], np.array([i]), np.array([]), np.array([]))
+            kind(header(i, f"frame{i}"), ["tilt"], np.array([float(i)]), np.array([]), np.array([]))
         )
         for i in range(100)
     ]
