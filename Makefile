@@ -6,7 +6,7 @@ BIN := .venv/bin
 .PHONY: help venv demo test lint format bench clean
 
 help:
-	@echo "make demo    evaluate every filter on the bundled recordings, as a table"
+	@echo "make demo    replay the bundled recording through the live graph; errors as a table"
 	@echo "make test    run the tests"
 	@echo "make lint    check lint, format and types"
 	@echo "make format  rewrite the sources in the project's format"
@@ -18,7 +18,7 @@ venv:
 	@$(PYTHON) tools/make_venv.py
 
 demo: venv
-	@$(BIN)/twbr evaluate $(sort $(wildcard bags/*/)) --preset table2
+	@$(BIN)/python tools/demo.py
 
 test: venv
 	$(BIN)/python -m pytest

@@ -107,7 +107,7 @@ def test_progress_says_how_far_the_slowest_source_is(graph: Any) -> None:
     graph.settle()
     for index in range(100):
         source.publish(index, 0.0)
-    graph.spin_until(lambda: len(progress) == 60)  # three sources, one message for every five
+    graph.spin_until(lambda: len(progress) == 15)  # three sources, one message for every twenty
     last = progress[-1].stamp
     assert last.sec * 10**9 + last.nanosec == START + 99 * PERIOD
 

@@ -73,7 +73,7 @@ def test_as_fast_as_a_slow_consumer_can_take_it_with_nothing_lost(
         echo.publish(message)
 
     graph.probe.create_subscription(Imu, "imu/data_raw", consume, 20)
-    node = replay(graph, bag, rate=0.0, follow=["imu/data"], window=50)
+    node = replay(graph, bag, rate=0.0, follow=["imu/data"], window=15)
     graph.spin_until(lambda: len(received) == 3000)
     graph.spin_until(lambda: node.player.passes == 1)
     assert received == [START + 2_000_000 * k for k in range(3000)]

@@ -30,7 +30,7 @@ from .spin import run
 
 FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg")
 """Figures with a topic each, below the estimator's name."""
-PROGRESS_EVERY = 5
+PROGRESS_EVERY = 20
 """Estimates between two messages on `~/progress`."""
 SILENCE = 1_000_000_000
 """A source whose last stamp is older than this [ns] does not hold up `~/progress`."""

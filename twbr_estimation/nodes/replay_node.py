@@ -79,8 +79,9 @@ class ReplaySettings:
     follow: tuple[str, ...] = ()
     """At rate 0: topics with a header whose stamps say how far their publishers have come."""
     window: Annotated[
-        int, Bounds(1, 10000, "", "At rate 0: messages that may be under way at a time")
-    ] = 100
+        int,
+        Bounds(1, 10000, "", "At rate 0: messages of a topic under way; below the queues' depth"),
+    ] = 80
 
     def __post_init__(self) -> None:
         require_bounds(self)

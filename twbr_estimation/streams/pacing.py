@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterable
 
 
@@ -64,17 +64,17 @@ class Pace:
 
 
 class Window:
-    """Limits how many messages are under way to consumers that report how far they are.
+    """Limits how many messages of a topic are under way to consumers that report how far they are.
 
     A consumer reports stamps; a message is through when every consumer has reached its stamp.
     Safe for one thread that sends and others that report.
     """
 
     def __init__(self, size: int, consumers: Iterable[str]) -> None:
-        """Allow `size` messages under way to the consumers of these names."""
+        """Allow `size` messages of each topic under way to the consumers of these names."""
         self._size = size
         self._reached = dict.fromkeys(consumers, -1)
-        self._under_way: deque[int] = deque()
+        self._under_way: defaultdict[str, deque[int]] = defaultdict(deque)
         self._changed = threading.Condition()
 
     def restart(self) -> None:
@@ -84,34 +84,40 @@ class Window:
             self._reached = dict.fromkeys(self._reached, -1)
             self._changed.notify_all()
 
-    def sent(self, stamp: int) -> None:
-        """Note that a message of this stamp [ns] is under way."""
+    def send(self, topic: str, stamp: int, limit: float) -> bool:
+        """Wait for room for one more message of a topic, and count it as under way.
+
+        Args:
+            topic: its topic.
+            stamp: its stamp [ns].
+            limit: give up when no consumer has reported for this long [s].
+
+        Returns:
+            False where it gave up; what was under way is forgotten then.
+        """
         with self._changed:
-            self._under_way.append(stamp)
+            room = self._wait(topic, self._size, limit)
+            self._under_way[topic].append(stamp)
+        return room
+
+    def drain(self, limit: float) -> bool:
+        """Wait until nothing is under way; returns and gives up as `send` does."""
+        with self._changed:
+            return all(self._wait(topic, 1, limit) for topic in list(self._under_way))
 
     def reached(self, consumer: str, stamp: int) -> None:
         """Note that a consumer has dealt with everything up to `stamp` [ns]."""
         with self._changed:
             self._reached[consumer] = stamp
             through = min(self._reached.values())
-            while self._under_way and self._under_way[0] <= through:
-                self._under_way.popleft()
+            for stamps in self._under_way.values():
+                while stamps and stamps[0] <= through:
+                    stamps.popleft()
             self._changed.notify_all()
 
-    def wait(self, limit: float, below: int | None = None) -> bool:
-        """Wait until fewer than `below` messages are under way.
-
-        Args:
-            limit: give up when no consumer has reported for this long [s].
-            below: the size of the window by default.
-
-        Returns:
-            False where it gave up; the messages under way are then given up, too.
-        """
-        below = self._size if below is None else below
-        with self._changed:
-            while len(self._under_way) >= below:
-                if not self._changed.wait(limit):
-                    self._under_way.clear()
-                    return False
+    def _wait(self, topic: str, below: int, limit: float) -> bool:
+        while len(self._under_way[topic]) >= below:
+            if not self._changed.wait(limit):
+                self._under_way.clear()
+                return False
         return True

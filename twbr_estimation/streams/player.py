@@ -198,15 +198,14 @@ class Player:
         if stamped:
             stamp, content = shifted(content, shift)
             if self._window is not None and self._pace.rate == 0.0:
-                self.stalls += not self._window.wait(STALL_LIMIT)
-                self._window.sent(stamp)
+                self.stalls += not self._window.send(topic, stamp, STALL_LIMIT)
         self._sink.publish(topic, content)
         self.played += 1
 
     def _drain(self) -> None:
         self._sink.flush()
         if self._window is not None and self._pace.rate == 0.0:
-            self._window.wait(DRAIN_LIMIT, below=1)
+            self._window.drain(DRAIN_LIMIT)
 
 
 def shifted(content: bytes, shift: int) -> tuple[int, bytes]:
