@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import random
 from typing import Any
 
 import pytest
@@ -203,3 +204,21 @@ def test_a_clock_that_is_set_back_is_survived(bench: Bench) -> None:
     assert len(readings) >= 90
     assert bench.reader.phase is Phase.RUNNING
     assert readings[-1].stamp == pytest.approx(bench.clock(), abs=2e6)
+
+
+@pytest.mark.parametrize("clock_rate", [0.99, 1.013])
+def test_fifo_stamps_follow_the_clock_of_the_chip(clock: Any, clock_rate: float) -> None:
+    bench = Bench(clock, Reading.FIFO, clock_rate)
+    bench.reader.start()
+    jitter = random.Random(3)
+    errors, taken = [], 0
+    for _ in range(2000):
+        clock.advance(0.01 + jitter.uniform(0.0, 0.001))
+        for reading in bench.reader.poll():
+            taken += 1
+            errors.append(reading.stamp - bench.chip.sample_time(taken))
+    settled = errors[10_000:]
+    assert bench.reader.sample_clock.drift == pytest.approx(1.0 / clock_rate - 1.0, abs=2e-4)
+    assert max(settled) < 1e5
+    assert min(settled) > -1e5  # 0.1 ms, a tenth of the sampling period
+    assert bench.nonzero() == {}
