@@ -15,9 +15,10 @@ import pytest
 
 from twbr_estimation.batch import CorrectedTrack, EstimateTrack, run_filter
 from twbr_estimation.errors import ConfigurationError
+from twbr_estimation.estimator import TiltFilter
 from twbr_estimation.filters import Filter, estimate_of, filters
 from twbr_estimation.robot import Robot
-from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.samples import RESTART_GAP, CorrectedSample, TiltEstimate
 
 Motion = Callable[..., list[CorrectedSample]]
 CLAUSES = {"convergence", "hand_over"}
@@ -96,6 +97,16 @@ def test_batch_equals_step_by_step(entry: Filter, swinging: Motion) -> None:
 
 
 @every_filter
+def test_batch_equals_the_live_stream_across_a_gap(entry: Filter, swinging: Motion) -> None:
+    samples = swinging(600)
+    samples[300] = samples[300]._replace(dt=RESTART_GAP + 0.5)
+    live = TiltFilter(entry)
+    np.testing.assert_array_equal(
+        batch(entry, samples).columns.T, [live.step(sample) for sample in samples]
+    )
+
+
+@every_filter
 def test_split_run_equals_the_whole(entry: Filter, swinging: Motion) -> None:
     samples = swinging(1000)
     whole = batch(entry, samples)
@@ -112,8 +123,10 @@ def test_mirrored_motion_gives_mirrored_tilt(entry: Filter, swinging: Motion) ->
         sample._replace(
             angle=-sample.angle,
             gyro_y=-sample.gyro_y,
+            gyro_z=-sample.gyro_z,
             accel_x=-sample.accel_x,
             wheel_angle=-sample.wheel_angle,
+            wheel_difference=-sample.wheel_difference,
         )
         for sample in samples
     ]
