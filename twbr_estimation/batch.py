@@ -159,10 +159,8 @@ def _store(state: Any, estimates: FloatArray) -> None:
 @cache
 def _correction_kernel() -> Any:
     start, step = correction.start, correction.step
-    version = source_version(SOURCES)
 
     def run(samples: Any, coefficients: Any, state: Any, corrected: Any) -> None:
-        version  # noqa: B018  part of the cache key
         for i in range(1, samples.shape[1]):
             sample = Sample(
                 samples[0, i],
@@ -183,7 +181,7 @@ def _correction_kernel() -> Any:
             for field in range(len(result)):
                 corrected[field, i] = result[field]
 
-    return compiled(run, start, step)
+    return compiled(run, source_version(SOURCES), start, step)
 
 
 @cache
@@ -195,10 +193,8 @@ def filter_kernel(entry: Filter) -> Any:
     """
     step, reset = entry.step, entry.reset
     with_bias, with_variance = entry.estimates_gyro_bias, entry.estimates_variance
-    version = source_version(SOURCES)
 
     def run(columns: Any, first: int, coefficients: Any, state: Any, estimates: Any) -> Any:
-        version  # noqa: B018  part of the cache key
         for i in range(first, columns.shape[1]):
             sample = CorrectedSample(
                 columns[0, i],
@@ -234,4 +230,4 @@ def filter_kernel(entry: Filter) -> Any:
                 estimates[3, i] = state.tilt_variance
         return state
 
-    return compiled(run, step, reset)
+    return compiled(run, source_version(SOURCES), step, reset)

@@ -17,11 +17,12 @@ import numba
 from numba.extending import register_jitable
 
 
-def compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
+def compiled(run: Callable[..., Any], version: str, *called: Callable[..., Any]) -> Any:
     """Compile the loop `run`.
 
     Args:
-        run: a closure over the plain functions it calls and over `source_version(...)`.
+        run: a closure over the plain functions it calls.
+        version: `source_version(...)` of everything the loop is made of.
         called: those functions; what they call in turn is found by itself.
 
     Returns:
@@ -29,6 +30,9 @@ def compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
     """
     for function in called:
         _let_compile(function)
+    # The cache's index is a file named after the function. It names classes of the package, so
+    # one that older sources wrote must never be read: it may name what is gone.
+    run.__qualname__ = f"{run.__qualname__}.{version}"
     return numba.njit(cache=True, error_model="numpy")(run)
 
 
@@ -51,11 +55,11 @@ def _let_compile(function: Any) -> None:
 def source_version(patterns: tuple[str, ...]) -> str:
     """Return a digest of the package's sources that match the patterns.
 
-    The disk cache sees only changes of the loop's own file; with this digest in its closure
-    it sees changes of the step functions, too.
+    The disk cache sees only changes of the loop's own file; with this digest in its name it
+    sees changes of the step functions, too.
     """
     package = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(path for pattern in patterns for path in package.glob(pattern)):
         digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return digest.hexdigest()[:16]

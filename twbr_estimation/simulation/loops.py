@@ -70,12 +70,9 @@ def measure(
 
 @lru_cache(maxsize=1)
 def _drive_kernel() -> Any:
-    version = source_version(_SOURCES)
-
     def run(
         inputs: Any, vibration: Any, plant: Any, gains: Any, every: int, state: Any, motion: Any
     ) -> Any:
-        version  # noqa: B018  part of the cache key
         voltage, pending = 0.0, 0.0
         for i in range(1, inputs.shape[0]):
             row = inputs[i - 1]
@@ -91,17 +88,14 @@ def _drive_kernel() -> Any:
                 motion[i, column] = moved[column]
         return state
 
-    return compiled(run, next_voltage, loads, step, motion_of)
+    return compiled(run, source_version(_SOURCES), next_voltage, loads, step, motion_of)
 
 
 @lru_cache(maxsize=1)
 def _measure_kernel() -> Any:
-    version = source_version(_SOURCES)
-
     def run(
         motion: Any, mount: Any, errors: Any, drift: Any, noise: Any, every: int, readings: Any
     ) -> None:
-        version  # noqa: B018  part of the cache key
         row = motion[0]
         sensed = at_rest(
             Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]), mount
@@ -119,4 +113,4 @@ def _measure_kernel() -> Any:
                 for column in range(6):
                     readings[k, column] = reading[column]
 
-    return compiled(run, at_rest, sense, read)
+    return compiled(run, source_version(_SOURCES), at_rest, sense, read)
