@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, get_type_hints
 
 from .errors import ConfigurationError
@@ -40,7 +42,8 @@ def within(name: str, value: object, bounds: Bounds) -> float:
     return number
 
 
-def bounds_of(kind: type[Any]) -> dict[str, Bounds]:
+@lru_cache(maxsize=None)
+def bounds_of(kind: type[Any]) -> Mapping[str, Bounds]:
     """Return the bounds of the `Annotated` fields of a dataclass or named tuple, by name."""
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .recording import FloatArray, ImuTrack, StampArray, WheelTrack
 from .samples import Sample
+
+if TYPE_CHECKING:  # a live stream needs no recordings, and a node starts sooner without
+    from .recording import FloatArray, ImuTrack, StampArray, WheelTrack
 
 DEFAULT_WAIT = 0.005
 """How long a sample waits for a later wheel reading [s]."""

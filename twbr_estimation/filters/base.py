@@ -97,12 +97,7 @@ class Filter:
 
     def declared(self) -> tuple[Parameter, ...]:
         """Return the declared parameters in order."""
-        hints = get_type_hints(self.parameters, include_extras=True)
-        defaults = self.parameters._field_defaults
-        return tuple(
-            Parameter(name, float(defaults[name]), hints[name].__metadata__[0])
-            for name in self.parameters._fields
-        )
+        return _declared(self.parameters)
 
     def configure(self, values: Mapping[str, float] | None = None) -> Any:
         """Return validated parameters, the defaults replaced by `values`.
@@ -137,6 +132,17 @@ class Filter:
             "at 1 or above an initial error does not die out"
         )
         return (warning,)
+
+
+@lru_cache(maxsize=None)
+def _declared(parameters: type[Any]) -> tuple[Parameter, ...]:
+    """Resolve the annotations of a `Parameters` class, once."""
+    hints = get_type_hints(parameters, include_extras=True)
+    defaults = parameters._field_defaults
+    return tuple(
+        Parameter(name, float(defaults[name]), hints[name].__metadata__[0])
+        for name in parameters._fields
+    )
 
 
 def estimate_of(state: Any) -> TiltEstimate:

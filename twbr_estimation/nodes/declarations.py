@@ -6,14 +6,13 @@ dataclass (its `Annotated` bounds, else the docstring below the field) or from t
 
 from __future__ import annotations
 
-import ast
-import inspect
-import textwrap
+import re
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import lru_cache
-from itertools import pairwise
+from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
 
 from ..bounds import Bounds, bounds_of
@@ -21,6 +20,12 @@ from ..errors import ConfigurationError
 from ..filters.base import Filter
 
 Settings = TypeVar("Settings")
+
+_CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
+_DOCUMENTED = re.compile(
+    r'^    (\w+): [^\n]*(?:\n        [^\n]*|\n    [)\]][^\n]*)*\n    """(.*?)"""',
+    re.MULTILINE | re.DOTALL,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,18 +133,21 @@ def _described(bounds: Bounds) -> str:
     return f"{bounds.description} [{bounds.unit}]" if bounds.unit else bounds.description
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=None)
 def _field_docs(kind: type[Any]) -> Mapping[str, str]:
-    """Return the docstrings that stand below the fields of a class."""
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
-    except (OSError, SyntaxError):
+    """Return the docstrings that stand below the fields of a class.
+
+    Found by their layout in the source: parsing it would cost a node a tenth of its start.
+    """
+    source = _classes_of(kind.__module__).get(kind.__qualname__, "")
+    return {name: " ".join(text.split()) for name, text in _DOCUMENTED.findall(source)}
+
+
+@lru_cache(maxsize=None)
+def _classes_of(module: str) -> Mapping[str, str]:
+    """Return the sources of a module's top-level classes; none where there is no source."""
+    path = getattr(sys.modules[module], "__file__", None)
+    if path is None or not path.endswith(".py"):
         return {}
-    body = getattr(tree.body[0], "body", [])
-    docs = {}
-    for field, below in pairwise(body):
-        if not (isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)):
-            continue
-        if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
-            docs[field.target.id] = " ".join(str(below.value.value).split())
-    return docs
+    parts = _CLASS.split(Path(path).read_text(encoding="utf-8"))
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
