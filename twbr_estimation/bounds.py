@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any, get_type_hints
 
 from .errors import ConfigurationError
@@ -42,7 +42,7 @@ def within(name: str, value: object, bounds: Bounds) -> float:
     return number
 
 
-@lru_cache(maxsize=None)
+@cache
 def bounds_of(kind: type[Any]) -> Mapping[str, Bounds]:
     """Return the bounds of the `Annotated` fields of a dataclass or named tuple, by name."""
     found = {}
@@ -59,7 +59,8 @@ def require_bounds(settings: object) -> None:
     Raises:
         ConfigurationError: not a finite number, or outside the bounds.
     """
-    for name, bounds in bounds_of(type(settings)).items():
+    kind: Any = type(settings)
+    for name, bounds in bounds_of(kind).items():
         value = getattr(settings, name)
         for element in value if isinstance(value, (tuple, list)) else (value,):
             within(name, element, bounds)

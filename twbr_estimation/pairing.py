@@ -10,6 +10,7 @@ does sample by sample, with the same numbers.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -52,6 +53,14 @@ class WheelReading(NamedTuple):
 
 
 _NO_WHEEL = (0.0, 0.0, 0.0)
+
+
+def wheel_reading(stamp: int, angles: Sequence[float]) -> WheelReading:
+    """Return the reading of one wheel [rad], or of left and right, stamped `stamp` [ns]."""
+    if len(angles) == 1:
+        return WheelReading(stamp, angles[0], 0.0, 1.0)
+    left, right = angles
+    return WheelReading(stamp, 0.5 * (left + right), right - left, 2.0)
 
 
 class Pairer:

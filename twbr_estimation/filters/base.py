@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, NamedTuple, get_type_hints
@@ -97,7 +97,7 @@ class Filter:
 
     def declared(self) -> tuple[Parameter, ...]:
         """Return the declared parameters in order."""
-        return _declared(self.parameters)
+        return _declared(self)
 
     def configure(self, values: Mapping[str, float] | None = None) -> Any:
         """Return validated parameters, the defaults replaced by `values`.
@@ -134,14 +134,14 @@ class Filter:
         return (warning,)
 
 
-@lru_cache(maxsize=None)
-def _declared(parameters: type[Any]) -> tuple[Parameter, ...]:
-    """Resolve the annotations of a `Parameters` class, once."""
-    hints = get_type_hints(parameters, include_extras=True)
-    defaults = parameters._field_defaults
+@cache
+def _declared(entry: Filter) -> tuple[Parameter, ...]:
+    """Resolve the annotations of a filter's parameters, once."""
+    hints = get_type_hints(entry.parameters, include_extras=True)
+    defaults = entry.parameters._field_defaults
     return tuple(
         Parameter(name, float(defaults[name]), hints[name].__metadata__[0])
-        for name in parameters._fields
+        for name in entry.parameters._fields
     )
 
 

@@ -35,17 +35,22 @@ class CorrectionNode(Node):
     """Subscribes, corrects, publishes; the work is done by a `CorrectionStream`."""
 
     def __init__(
-        self, listener: Callable[[int, CorrectedSample], None] | None = None, **options: Any
+        self,
+        listener: Callable[[int, CorrectedSample], None] | None = None,
+        subscribe: bool = True,
+        **options: Any,
     ) -> None:
         """Create the node.
 
         Args:
             listener: Called with stamp [ns] and sample before each publication, for a filter
-                in the same process.
+                in the same process; then only what somebody subscribed to is published.
+            subscribe: False where drivers in the same process call `take_imu` and
+                `take_wheels`.
             options: Options of `rclpy.node.Node`.
         """
         super().__init__("correction_node", **options)
-        inputs = self._declare_inputs()
+        inputs = self._inputs = self._declare_inputs()
         setup = NodeParameters(
             self,
             declarations_of(Setup()),
@@ -57,7 +62,7 @@ class CorrectionNode(Node):
         self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
         self._wheels = WheelDecoder(inputs.left_wheel_joint, inputs.right_wheel_joint)
         self._unreadable = 0
-        self._connect()
+        self._connect(subscribe)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._diagnostics = Diagnostics(self, self._report)
 
@@ -67,7 +72,12 @@ class CorrectionNode(Node):
             self, declared, lambda values: settings_from(InputSettings(), values)
         ).current
 
-    def _connect(self) -> None:
+    @property
+    def wheel_joints(self) -> tuple[str, str]:
+        """Names of the left and the right wheel joint."""
+        return self._inputs.left_wheel_joint, self._inputs.right_wheel_joint
+
+    def _connect(self, subscribe: bool) -> None:
         frame = self.declare_parameter("frame_id", "imu_link").value
         self._encoder = ImuEncoder(frame)
         self._publisher = self.create_publisher(
@@ -76,7 +86,7 @@ class CorrectionNode(Node):
         for kind, topic, callback in (
             (Imu, "imu/data_raw", self._on_imu),
             (JointState, "joint_states", self._on_joints),
-        ):
+        )[: 2 * subscribe]:
             self.create_subscription(
                 kind, topic, callback, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
             )
@@ -115,6 +125,8 @@ class CorrectionNode(Node):
         for stamp, sample in corrected:
             if self._listener is not None:
                 self._listener(stamp, sample)
+                if not self._publisher.get_subscription_count():
+                    continue
             values = imu_values(sample, sample.angle, sample.angle_variance, sample.gyro_y)
             self._publisher.publish(self._encoder.encode(stamp, values))
 

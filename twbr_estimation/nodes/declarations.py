@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
 
@@ -133,7 +133,7 @@ def _described(bounds: Bounds) -> str:
     return f"{bounds.description} [{bounds.unit}]" if bounds.unit else bounds.description
 
 
-@lru_cache(maxsize=None)
+@cache
 def _field_docs(kind: type[Any]) -> Mapping[str, str]:
     """Return the docstrings that stand below the fields of a class.
 
@@ -143,7 +143,7 @@ def _field_docs(kind: type[Any]) -> Mapping[str, str]:
     return {name: " ".join(text.split()) for name, text in _DOCUMENTED.findall(source)}
 
 
-@lru_cache(maxsize=None)
+@cache
 def _classes_of(module: str) -> Mapping[str, str]:
     """Return the sources of a module's top-level classes; none where there is no source."""
     path = getattr(sys.modules[module], "__file__", None)

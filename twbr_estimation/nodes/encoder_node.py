@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from sensor_msgs.msg import JointState
@@ -26,15 +26,22 @@ FAILED_POLLS = 5
 class EncoderNode(DeviceNode):
     """Lifecycle node around one `Encoder` a joint."""
 
-    def __init__(self, counters: Sequence[Counter] = (), **options: Any) -> None:
+    def __init__(
+        self,
+        counters: Sequence[Counter] = (),
+        listener: Callable[[JointState], None] | None = None,
+        **options: Any,
+    ) -> None:
         """Create the node.
 
         Args:
             counters: What to read instead of the devices, such as simulated counters.
+            listener: Called with each message before it is published, for a correction in
+                the same process; the message is reused.
             options: For `rclpy.node.Node`.
         """
         super().__init__("encoder_node", **options)
-        self._given = counters
+        self._given, self._listener = counters, listener
         self.encoders: list[Encoder] = []
         self.errors = 0
         """Reads that failed since the start."""
@@ -90,6 +97,8 @@ class EncoderNode(DeviceNode):
         for index, reading in enumerate(readings):
             message.position[index] = reading.position
             message.velocity[index] = reading.velocity
+        if self._listener is not None:
+            self._listener(message)
         self._publisher.publish(message)
 
     def _failed(self, error: Exception) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -45,15 +45,22 @@ class Mpu6050NodeSettings:
 class Mpu6050Node(DeviceNode):
     """Lifecycle node around `Mpu6050Reader`."""
 
-    def __init__(self, registers: Registers | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        registers: Registers | None = None,
+        listener: Callable[[Imu], None] | None = None,
+        **options: Any,
+    ) -> None:
         """Create the node.
 
         Args:
             registers: A chip to read instead of the bus, such as a simulated one.
+            listener: Called with each message before it is published, for a correction in
+                the same process; the message is reused.
             options: For `rclpy.node.Node`.
         """
         super().__init__("mpu6050_node", **options)
-        self._registers = registers
+        self._registers, self._listener = registers, listener
         self.reader: Mpu6050Reader | None = None
         self._imu = Imu()
         self._temperature = Temperature()
@@ -150,6 +157,8 @@ class Mpu6050Node(DeviceNode):
         rate, force = message.angular_velocity, message.linear_acceleration
         rate.x, rate.y, rate.z = reading.gyro_x, reading.gyro_y, reading.gyro_z
         force.x, force.y, force.z = reading.accel_x, reading.accel_y, reading.accel_z
+        if self._listener is not None:
+            self._listener(message)
         self._imu_publisher.publish(message)
         self._until_temperature -= 1
         if self._until_temperature <= 0:

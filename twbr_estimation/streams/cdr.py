@@ -11,7 +11,7 @@ import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
-from ..pairing import WheelReading
+from ..pairing import WheelReading, wheel_reading
 from ..recording import SINGLE_WHEEL_JOINT
 
 _SECOND = 1_000_000_000
@@ -185,11 +185,7 @@ class WheelDecoder:
             self._at = tuple(names.index(wheel) for wheel in present)
         if not self._at:
             return None
-        angles = [positions[index] for index in self._at]
-        if len(angles) == 1:
-            return WheelReading(stamp, angles[0], 0.0, 1.0)
-        left, right = angles
-        return WheelReading(stamp, 0.5 * (left + right), right - left, 2.0)
+        return wheel_reading(stamp, [positions[index] for index in self._at])
 
 
 def encode_float64(value: float) -> bytes:
