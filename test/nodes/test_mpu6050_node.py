@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, Temperature
 
 from twbr_estimation.nodes import lifecycle
@@ -147,6 +148,26 @@ def test_it_outlives_faults_and_reports_them(graph: Any, fault: str, counter: st
         return int(latest.get(counter, "0")) > 0 and latest["reinitialisations"] == "1"
 
     graph.spin_until(lambda: bool(diagnostics) and reported())
+
+
+def test_a_simulated_chip_lives_in_the_time_of_the_simulation(graph: Any) -> None:
+    received = graph.collect(Imu, "imu/data_raw")
+    clock = graph.probe.create_publisher(Clock, "/clock", 10)
+    node = _start(graph, simulated=True, use_sim_time=True, mpu6050__poll_rate=100.0)
+    assert node.is_active
+    graph.spin_until(lambda: clock.get_subscription_count() > 0)
+    message = Clock()
+    for tick in range(1, 51):
+        seen = len(received)
+        message.clock.nanosec = tick * 10_000_000
+        clock.publish(message)
+        graph.spin_until(lambda seen=seen: len(received) > seen)
+    assert _stamps(received)[-40:] == [tick * 10_000_000 for tick in range(11, 51)]
+    errors = [
+        message.angular_velocity.y - swing(stamp * 1e-9).gyro_y
+        for message, stamp in zip(received, _stamps(received), strict=True)
+    ]
+    assert np.sqrt(np.mean(np.square(errors[10:]))) < np.radians(0.15)
 
 
 def test_the_chip_cannot_be_changed_while_it_is_read(graph: Any) -> None:

@@ -116,7 +116,7 @@ class Mpu6050Node(DeviceNode):
         registers = self._registers
         if registers is None:
             registers = (
-                SimulatedMpu6050(self._now)
+                SimulatedMpu6050(self._now, reset_time=0.0)
                 if settings.simulated
                 else I2cRegisters(chip.bus, chip.address)
             )

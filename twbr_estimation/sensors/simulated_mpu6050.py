@@ -52,6 +52,7 @@ class SimulatedMpu6050:
         identity: int = WHO_AM_I,
         clock_rate: float = 1.0,
         seed: int = 0,
+        reset_time: float = 0.5 * RESET_TIME,
     ) -> None:
         """Power the chip on.
 
@@ -61,6 +62,7 @@ class SimulatedMpu6050:
             identity: What it answers to WHO_AM_I.
             clock_rate: Speed of the chip's clock relative to `clock`.
             seed: Of its noise.
+            reset_time: How long it answers nothing after a reset [s].
         """
         self.motion = motion
         self.identity = identity
@@ -72,6 +74,7 @@ class SimulatedMpu6050:
         self._clock_rate = clock_rate
         self._random = random.Random(seed)
         self._nacks = 0
+        self._reset_time = reset_time
         self._ready_at = 0
         self._fifo: deque[int] = deque()
         self._power_on()
@@ -118,7 +121,7 @@ class SimulatedMpu6050:
         self._answer()
         if register == Register.PWR_MGMT_1 and value & PWR_MGMT_1_RESET:
             self._power_on()
-            self._ready_at = self._clock() + round(0.5 * RESET_TIME * 1e9)
+            self._ready_at = self._clock() + round(self._reset_time * 1e9)
             return
         if register == Register.USER_CTRL:
             if value & USER_CTRL_FIFO_RESET and not value & USER_CTRL_FIFO_EN:
