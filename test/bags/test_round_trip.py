@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from twbr_estimation.bags import read_recording, write_recording
@@ -81,3 +82,18 @@ def test_what_is_no_recording_is_never_deleted(tmp_path: Path, small_recording: 
     with pytest.raises(RecordingError, match="not a recording"):
         write_recording(tmp_path / "precious", small_recording(), overwrite=True)
     assert (tmp_path / "precious").is_dir()
+
+
+def test_the_mcap_library_finds_everything_by_the_index(
+    tmp_path: Path, small_recording: Make
+) -> None:
+    write_recording(tmp_path / "bag", small_recording())
+    with (tmp_path / "bag" / "bag.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        header, summary = reader.get_header(), reader.get_summary()
+        times = [message.log_time for _, _, message in reader.iter_messages()]
+    assert header.profile == "ros2" and summary is not None and summary.statistics is not None
+    assert summary.statistics.message_count == len(times) == 50 * 5 + 5
+    assert times == sorted(times)
+    schemas = {schema.name: schema.encoding for schema in summary.schemas.values()}
+    assert schemas["sensor_msgs/msg/Imu"] == "ros2msg"
