@@ -8,12 +8,13 @@ from pathlib import Path
 import mcap.writer
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from rosbags import rosbag1, rosbag2
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
-from twbr_estimation.bags import TopicNames, read_recording, write_recording
+from twbr_estimation.bags import BagTopic, TopicNames, mcap_storage, read_recording, write_recording
 from twbr_estimation.recording import Recording
 
 Make = Callable[..., Recording]
@@ -176,3 +177,25 @@ def test_a_real_ros1_bag_and_its_conversion_agree(shared_data: Path) -> None:
     np.testing.assert_array_equal(one.imu.gyro, two.imu.gyro)
     np.testing.assert_array_equal(one.imu.accel, two.imu.accel)
     assert one.dt == pytest.approx(1.0 / 30.0, rel=0.01)
+
+
+def test_chunks_without_wanted_topics_are_not_even_decompressed(
+    tmp_path: Path, small_recording: Make, assert_same: Same, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = small_recording()
+    stamps = recording.imu.stamps[-1] + 1_000_000 * np.arange(1, 41)
+    images = BagTopic("/camera", "sensor_msgs/msg/Image", stamps, [bytes(200_000)] * stamps.size)
+    write_recording(tmp_path / "ours", recording, [images])
+    unpacked = []
+
+    def counted(compression: str, data: bytes) -> bytes:
+        unpacked.append(len(data))
+        return decompress(compression, data)
+
+    decompress = mcap_storage._decompress
+    monkeypatch.setattr(mcap_storage, "_decompress", counted)
+    copy_with_mcap(tmp_path / "ours", tmp_path / "copy.mcap")
+    assert_same(read_recording(tmp_path / "copy.mcap", estimators=DMP), recording)
+    with (tmp_path / "copy.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None and len(unpacked) <= 3 < len(summary.chunk_indexes)

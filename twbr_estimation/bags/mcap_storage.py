@@ -29,6 +29,8 @@ from .batch import MessageBatch
 from .mcap_chunk import RECORD_HEAD, Found, messages_in
 
 MAGIC = b"\x89MCAP0\r\n"
+_FOOTER_SIZE = 37
+"""Footer record and closing magic number [bytes]."""
 _CHUNK_HEAD = 40
 """Fixed part of a chunk record, without the compression's name [bytes]."""
 
@@ -42,10 +44,12 @@ class McapStorage:
         self.repairs: Counter[str] = Counter()
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, Channel] = {}
+        self._complete = False
 
     def batches(self, wanted: frozenset[str]) -> Iterator[tuple[str, MessageBatch]]:
         """Yield the wanted topics' messages, chunk by chunk, in file order."""
         data = np.memmap(self.path, dtype=np.uint8, mode="r")
+        self._read_summary(data)
         loose = Found()
         chunk: tuple[int, int] | None = None
         index: list[memoryview] = []
@@ -61,11 +65,37 @@ class McapStorage:
             yield from self._chunk_batches(data, chunk, index, wanted)
         yield from self._by_topic(data, loose, wanted)
 
-    def _outer_records(self, data: NDArray[np.uint8]) -> Iterator[tuple[int, int, int]]:
-        """Yield opcode, start and stop of each record's content; the last may be cut off."""
+    def _read_summary(self, data: NDArray[np.uint8]) -> None:
+        """Learn all channels beforehand, where the file was closed properly."""
+        footer = data[-_FOOTER_SIZE:].tobytes()
+        if not (footer[:1] == bytes([Opcode.FOOTER]) and footer.endswith(MAGIC)):
+            return
+        (start,) = struct.unpack_from("<Q", footer, RECORD_HEAD)
+        if not len(MAGIC) < start < data.size:
+            return
+        for opcode, begin, end in self._outer_records(data, start):
+            if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._define(opcode, data[begin:end].tobytes())
+        self._complete = bool(self._channels)
+
+    def _is_wanted(self, index: list[memoryview], wanted: frozenset[str]) -> bool:
+        """Return whether a chunk may hold wanted messages, or channels that are not known yet."""
+        if not self._complete or not index:
+            return True
+        channels = {int.from_bytes(content[:2], "little") for content in index}
+        known = {identifier: channel.topic for identifier, channel in self._channels.items()}
+        return any(known.get(identifier) in {None, *wanted} for identifier in channels)
+
+    def _outer_records(
+        self, data: NDArray[np.uint8], at: int = 0
+    ) -> Iterator[tuple[int, int, int]]:
+        """Yield opcode, start and stop of each record's content; the last may be cut off.
+
+        `at` is where a record starts, 0 for the first.
+        """
         if data[: len(MAGIC)].tobytes() != MAGIC:
             raise RecordingError(f"{self.path}: not an MCAP file")
-        raw, at = data.data, len(MAGIC)
+        raw, at = data.data, at or len(MAGIC)
         while at + RECORD_HEAD <= data.size:
             opcode, length = struct.unpack_from("<BQ", raw, at)
             start, at = at + RECORD_HEAD, at + RECORD_HEAD + length
@@ -106,6 +136,8 @@ class McapStorage:
         index: list[memoryview],
         wanted: frozenset[str],
     ) -> Iterator[tuple[str, MessageBatch]]:
+        if not self._is_wanted(index, wanted):
+            return
         plain = self._decompressed(data[place[0] : place[1]].tobytes())
         if plain is None:
             return
