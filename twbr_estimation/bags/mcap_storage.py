@@ -70,8 +70,10 @@ class McapStorage:
         footer = data[-_FOOTER_SIZE:].tobytes()
         if not (footer[:1] == bytes([Opcode.FOOTER]) and footer.endswith(MAGIC)):
             return
-        (start,) = struct.unpack_from("<Q", footer, RECORD_HEAD)
+        start, _, checksum = struct.unpack_from("<QQI", footer, RECORD_HEAD)
         if not len(MAGIC) < start < data.size:
+            return
+        if checksum and zlib.crc32(data[start : -len(MAGIC) - 4].tobytes()) != checksum:
             return
         for opcode, begin, end in self._outer_records(data, start):
             if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
