@@ -83,12 +83,17 @@ class Calibration:
     accel_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Accelerometer biases [m/s^2]."""
     accel_scale_x: tuple[float, ...] = ()
+    """Coefficients of the scale polynomial of the x axis, from the first degree up."""
     accel_scale_y: tuple[float, ...] = ()
+    """Coefficients of the scale polynomial of the y axis, from the first degree up."""
     accel_scale_z: tuple[float, ...] = ()
+    """Coefficients of the scale polynomial of the z axis, from the first degree up."""
     accel_valid_x: tuple[float, float] = (-9.9, 9.9)
     """Range of the polynomial's argument; beyond it the argument of S is clamped [m/s^2]."""
     accel_valid_y: tuple[float, float] = (-9.9, 9.9)
+    """The same for the y axis."""
     accel_valid_z: tuple[float, float] = (-2.0, 10.2)
+    """The same for the z axis."""
     gyro_noise: float = math.radians(0.1)
     """Standard deviation of one gyro reading [rad/s]."""
     accel_noise: float = 0.04

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from ..errors import TwbrError
@@ -29,7 +30,8 @@ class DeviceNode(LifecycleNode):
         self.is_active = False
         self.failure = ""
         """Why the device could not be opened the last time."""
-        self.declare_parameter("autostart", True)
+        text = "Configure and activate at the start, and try again while the device is missing."
+        self.declare_parameter("autostart", True, ParameterDescriptor(description=text))
         self._starter = self.create_timer(RETRY_PERIOD, self._start)
 
     def open_device(self) -> None:
