@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from twbr_estimation.nodes import lifecycle
+from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.encoder_node import EncoderNode
 from twbr_estimation.sensors.encoder import EncoderSettings
 from twbr_estimation.sensors.motion import swing_tilt
@@ -95,6 +96,8 @@ def test_it_outlives_failing_reads(graph: Any, monkeypatch: pytest.MonkeyPatch) 
     counter.fail(3)  # three polls are skipped
     graph.spin_until(lambda: node.errors == 3)
     assert node.is_active
+    assert node.report()[:2] == (Level.WARN, "3 reads failed")
+    assert node.report().level is Level.OK, "a report tells what is new"
     counter.fail(8)  # opened again
     graph.spin_until(lambda: not node.is_open)
     before = len(received)

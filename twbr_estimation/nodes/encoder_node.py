@@ -45,7 +45,7 @@ class EncoderNode(DeviceNode):
         self.encoders: list[Encoder] = []
         self.errors = 0
         """Reads that failed since the start."""
-        self._failures = 0
+        self._failures = self._reported_errors = 0
         self.parameters = NodeParameters(self, declarations_of(JointEncoderSettings()), self._build)
         self._message = JointState()
         self._diagnostics = Diagnostics(self, self.report, "encoders")
@@ -132,6 +132,9 @@ class EncoderNode(DeviceNode):
             values[f"{name}.indexed"] = encoder.indexed
             if encoder.lost_counts or encoder.missed_edges:
                 level, message = Level.WARN, f"{name}: counts were lost"
+        if self.errors > self._reported_errors:
+            level, message = Level.WARN, f"{self.errors - self._reported_errors} reads failed"
+        self._reported_errors = self.errors
         return Report(level, message, values)
 
 
