@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,10 +90,9 @@ class _Reader:
             truth=self._tilt("truth"),
             estimators={name: self._estimator(name) for name in self.estimators},
             temperature=self._temperature(),
-            repairs=self.repairs,
         )
         self._check_overlap(recording)
-        return recording
+        return replace(recording, repairs=dict(self.repairs))
 
     def _imu(self) -> ImuTrack:
         topic = self.names.imu

@@ -6,6 +6,7 @@ import csv
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,8 +55,8 @@ def load(path: Path, options: Options) -> ImportedLog:
         temperature=_temperature(
             table.optional("temperature", description.temperature, stamps, repairs)
         ),
-        repairs=repairs,
     )
+    recording = replace(recording, repairs=dict(repairs))
     provenance = {"columns": options.description.name}
     return ImportedLog(recording, description.robot, provenance=provenance)
 

@@ -59,7 +59,7 @@ def load(path: Path, options: Options) -> ImportedLog:
         imu=ImuTrack(stamps, gyro, accel),
         reference=TiltTrack(stamps_from_seconds(time + ENCODER_LAG, time[0]), tilt),
         estimators={"dmp": TiltTrack(stamps, tilt_of_quaternion(x, y, z, w))},
-        repairs=+repairs,
+        repairs=dict(+repairs),
     )
     bias = gyro_bias(time, gyro, float(tilt[-1] - tilt[0]))
     robot = Robot(lever_arm=(0.0, 0.0, 0.0), gyro_range=math.radians(500.0))
