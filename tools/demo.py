@@ -11,10 +11,12 @@ import argparse
 import os
 import random
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -27,6 +29,8 @@ PARAMETERS = ROOT / "twbr_estimation" / "presets" / PRESET / "2ms.yaml"
 LOSSLESS = ROOT / "config" / "lossless.yaml"
 PATIENCE = 120.0
 """Longest time the whole graph may take [s]."""
+DISCOVERY_PORT, PORTS_A_DOMAIN = 7400, 250
+"""Where DDS puts the ports of a domain."""
 GOODBYE = 10.0
 """Longest time a node may take to stop [s]."""
 
@@ -38,10 +42,9 @@ class Graph:
         """`folder` takes parameter files and logs."""
         self._folder = folder
         self._running: dict[str, subprocess.Popen[bytes]] = {}
-        free_domain = str(random.randint(1, 101))
         self._environment = {
             **os.environ,
-            "ROS_DOMAIN_ID": free_domain,
+            "ROS_DOMAIN_ID": str(unused_domain()),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "PYTHONUNBUFFERED": "1",
         }
@@ -92,6 +95,15 @@ class Graph:
 
     def _log(self, node: str) -> Path:
         return self._folder / f"{node}.log"
+
+
+def unused_domain() -> int:
+    """Return a ROS domain whose discovery port nobody on this machine holds."""
+    for domain in random.sample(range(1, 102), 101):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
+            probe.bind(("", DISCOVERY_PORT + PORTS_A_DOMAIN * domain))
+            return domain
+    raise RuntimeError("every ROS domain is in use on this machine")
 
 
 def run_graph(bag: Path, target: Path, folder: Path) -> None:

@@ -147,14 +147,20 @@ def _entries(paths: Iterable[PathLike]) -> dict[str, Entry]:
     """Return what the files say by full name, the last word only, all names known."""
     entries: dict[str, Entry] = {}
     for path in paths:
-        for file in _files(Path(path)):
+        for file in configuration_files(path):
             for entry in read_parameters(file):
                 _require_known(entry)
                 entries[entry.name] = entry
     return entries
 
 
-def _files(path: Path) -> list[Path]:
+def configuration_files(path: PathLike) -> list[Path]:
+    """Return the configuration files of a folder, or the one file that `path` is.
+
+    Raises:
+        ConfigurationError: the folder holds none.
+    """
+    path = Path(path)
     if not path.is_dir():
         return [path]
     found = [path / name for name in FILES if (path / name).is_file()]

@@ -59,8 +59,8 @@ class Collector:
         return 100 * SECOND
 
 
-def play(player: Player) -> None:
-    player.play(stamped=("a", "b"))
+def play(player: Player, window: Window | None = None) -> None:
+    player.play(("a", "b"), window)
 
 
 def test_everything_comes_in_order_with_a_clock() -> None:
@@ -89,9 +89,9 @@ def test_a_stretch_and_new_stamps() -> None:
 def test_no_more_is_under_way_than_the_window_allows() -> None:
     tape, sink = Tape(400), Collector()
     window = Window(4, ["one", "two"])
-    player = Player(tape, sink, Pace(0.0), window)
+    player = Player(tape, sink, Pace(0.0))
     most = 0
-    thread = threading.Thread(target=play, args=(player,))
+    thread = threading.Thread(target=play, args=(player, window))
     thread.start()
     done = 0
     while done < 400:
@@ -113,15 +113,15 @@ def test_a_consumer_that_falls_silent_is_not_waited_for_for_ever(
     monkeypatch.setattr("twbr_estimation.streams.player.STALL_LIMIT", 0.01)
     monkeypatch.setattr("twbr_estimation.streams.player.DRAIN_LIMIT", 0.01)
     sink = Collector()
-    player = Player(Tape(20), sink, Pace(0.0), Window(5, ["dead"]))
-    play(player)
+    player = Player(Tape(20), sink, Pace(0.0))
+    play(player, Window(5, ["dead"]))
     assert len(sink.stamps) == 20 and player.stalls == 1
 
 
 @pytest.mark.parametrize("window", [None, Window(1, ["dead"])])
 def test_stop_ends_it_at_once(window: Window | None) -> None:
-    player = Player(Tape(1000), Collector(), Pace(0.001 if window is None else 0.0), window)
-    thread = threading.Thread(target=play, args=(player,))
+    player = Player(Tape(1000), Collector(), Pace(0.001 if window is None else 0.0))
+    thread = threading.Thread(target=play, args=(player, window))
     thread.start()
     player.stop()
     thread.join(timeout=1.0)

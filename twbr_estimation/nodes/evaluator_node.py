@@ -32,6 +32,8 @@ FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg")
 """Figures with a topic each, below the estimator's name."""
 PROGRESS_EVERY = 20
 """Estimates between two messages on `~/progress`."""
+PROGRESS_PERIOD = 0.05
+"""Time after which less is told, too [s]."""
 SILENCE = 1_000_000_000
 """A source whose last stamp is older than this [ns] does not hold up `~/progress`."""
 REFERENCE = "reference"
@@ -105,7 +107,7 @@ class EvaluatorNode(Node):
         self._live = self._begin()
         self._finished: list[RecordingScore] = []
         self._ended = False
-        self._unreadable = self._received = 0
+        self._unreadable = self._received = self._told = 0
         self._last_stamps: dict[str, int] = {}
         self._figures: dict[tuple[str, str], Any] = {}
         self._subscribe()
@@ -116,6 +118,7 @@ class EvaluatorNode(Node):
         self._diagnostics = Diagnostics(self, self.report)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self._settings.period, self.publish_figures, clock=steady)
+        self.create_timer(PROGRESS_PERIOD, self._tell_progress, clock=steady)
 
     def _begin(self) -> LiveEvaluation:
         return LiveEvaluation(self._settings.options(), self._settings.source)
@@ -171,18 +174,25 @@ class EvaluatorNode(Node):
         self._note(REFERENCE, stamp)
 
     def _note(self, source: str, stamp: int) -> None:
-        """Note how far a source is, and now and then say how far all are."""
+        """Note how far a source is, and now and then tell it."""
         last = self._last_stamps
         if stamp < last.get(source, 0) - SILENCE:
             last.clear()
         last[source] = stamp
         self._received += 1
         if self._received % PROGRESS_EVERY == 0:
-            newest = max(last.values())
-            slowest = min(each for each in last.values() if newest - each <= SILENCE)
-            message = Header()
-            message.stamp.sec, message.stamp.nanosec = divmod(slowest, 1_000_000_000)
-            self._progress.publish(message)
+            self._tell_progress()
+
+    def _tell_progress(self) -> None:
+        """Say how far the slowest source is, unless nothing came since the last time."""
+        if self._received == self._told:
+            return
+        self._told = self._received
+        newest = max(self._last_stamps.values())
+        slowest = min(each for each in self._last_stamps.values() if newest - each <= SILENCE)
+        message = Header()
+        message.stamp.sec, message.stamp.nanosec = divmod(slowest, 1_000_000_000)
+        self._progress.publish(message)
 
     def _end_recording(self) -> None:
         """Close the figures of one pass and begin the next."""

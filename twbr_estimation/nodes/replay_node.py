@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,8 +30,8 @@ from .spin import run
 
 CHANGEABLE = ("rate", "loop")
 """Parameters that can change while it plays."""
-FLUSH_LIMIT = 2.0
-"""Longest wait for subscribers to acknowledge what was sent [s]."""
+FLUSH_LIMIT = 5.0
+"""Longest wait for acknowledgements [s]; the middleware asks for them every 3 s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +77,10 @@ class ReplaySettings:
     delay: Annotated[
         float, Bounds(0.0, 3600.0, "s", "Pause between finding the graph and the first message")
     ] = 0.5
-    follow: tuple[str, ...] = ()
-    """At rate 0: topics with a header whose stamps say how far their publishers have come."""
+    follow: tuple[str, ...] = ("evaluator_node/progress", "imu/data", "imu/data_corrected")
+    """At rate 0: topics with a header whose stamps say how far their publishers have come.
+    Those that exist at the start are followed; without any, each window of messages waits for
+    the middleware's acknowledgement, which is slow."""
     window: Annotated[
         int,
         Bounds(1, 10000, "", "At rate 0: messages of a topic under way; below the queues' depth"),
@@ -138,12 +141,10 @@ class ReplayNode(Node):
             self.get_logger().warning(f"{settings.bag}: {repair}: {count}")
         for topic, kind in playback.types.items():
             self._announce(topic, kind)
-        follow = [self.resolve_topic_name(topic) for topic in settings.follow if topic]
         player = Player(
             playback,
             self,
             Pace(settings.rate, settings.paused),
-            Window(settings.window, follow) if follow else None,
             Stretch(settings.start, settings.duration, settings.restamp),
         )
         player.loop = settings.loop
@@ -167,8 +168,9 @@ class ReplayNode(Node):
         try:
             self._wait_for_graph()
             if not self._stopping.wait(self._settings.delay):
+                window = self._follow()
                 self._state = "playing"
-                self.player.play(self._stamped)
+                self.player.play(self._stamped, window, self._settings.window)
         except TwbrError as error:
             self._error = error
         except RuntimeError:
@@ -178,47 +180,58 @@ class ReplayNode(Node):
             self._finished.set()
 
     def _wait_for_graph(self) -> None:
-        """Wait for publishers and subscribers of `wait_for` and publishers of `follow`.
+        """Wait for publishers and subscribers of `wait_for`.
 
         Raises:
-            ConfigurationError: they did not appear in time, or a followed topic has no header.
+            ConfigurationError: they did not appear in time.
         """
-        settings, end = self._settings, time.monotonic() + self._settings.wait_limit
-        while missing := self._missing(settings):
+        limit = self._settings.wait_limit
+        end = time.monotonic() + limit
+        while missing := self._missing():
             if self._stopping.wait(0.05):
                 return
             if time.monotonic() > end:
                 raise ConfigurationError(
-                    f"wait_for: after {settings.wait_limit:g} s there is still no "
-                    + ", no ".join(missing)
+                    f"wait_for: after {limit:g} s there is still no {', no '.join(missing)}"
                 )
-        for topic in settings.follow:
-            self._follow(self.resolve_topic_name(topic))
 
-    def _missing(self, settings: ReplaySettings) -> list[str]:
-        awaited = [topic for topic in settings.wait_for if topic]
-        followed = [topic for topic in settings.follow if topic]
-        missing = [
-            f"publisher of {topic}"
-            for topic in dict.fromkeys([*awaited, *followed])
-            if not self.count_publishers(topic)
-        ]
-        return missing + [
-            f"subscriber of {topic}" for topic in awaited if not self.count_subscribers(topic)
+    def _missing(self) -> list[str]:
+        awaited = [topic for topic in self._settings.wait_for if topic]
+        return [
+            f"{what} of {topic}"
+            for topic in awaited
+            for what, count in (
+                ("publisher", self.count_publishers),
+                ("subscriber", self.count_subscribers),
+            )
+            if not count(topic)
         ]
 
-    def _follow(self, topic: str) -> None:
-        (name, *_) = dict(self.get_topic_names_and_types())[topic]
-        kind = message_type(name)
-        if not has_header(kind):
-            raise ConfigurationError(f"follow: {topic} is a {name}, which has no header")
-        self.create_subscription(
-            kind,
-            topic,
-            lambda content: self.player.report(topic, stamp_of(content)),
-            PUBLISHED,
-            raw=True,
-        )
+    def _follow(self) -> Window | None:
+        """Listen to the topics of `follow` that exist; None where there are none.
+
+        Raises:
+            ConfigurationError: one of them has no header.
+        """
+        names = [self.resolve_topic_name(topic) for topic in self._settings.follow if topic]
+        followed = [name for name in names if self.count_publishers(name)]
+        types = dict(self.get_topic_names_and_types())
+        for topic in followed:
+            kind = message_type(types[topic][0])
+            if not has_header(kind):
+                raise ConfigurationError(f"follow: {topic} is a {types[topic][0]} without a header")
+            take = partial(self._on_followed, topic)
+            self.create_subscription(kind, topic, take, PUBLISHED, raw=True)
+        if followed:
+            return Window(self._settings.window, followed)
+        if self._settings.rate == 0.0:
+            self.get_logger().warning(
+                "rate 0 with nothing to follow: waiting for acknowledgements, which is slow"
+            )
+        return None
+
+    def _on_followed(self, topic: str, content: bytes) -> None:
+        self.player.report(topic, stamp_of(content))
 
     def publish(self, topic: str, content: bytes) -> None:
         """Send one message; part of `player.Sink`."""
@@ -279,7 +292,7 @@ class ReplayNode(Node):
         self._state = "finished"
         self.get_logger().info(f"played {self.player.played} messages of {self._settings.bag}")
         if self._settings.exit_at_end:
-            raise SystemExit(0)
+            self.context.try_shutdown()
 
     def destroy_node(self) -> None:
         """Stop the player, then the node."""

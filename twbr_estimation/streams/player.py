@@ -82,7 +82,6 @@ class Player:
         source: Source,
         sink: Sink,
         pace: Pace,
-        window: Window | None = None,
         stretch: Stretch | None = None,
     ) -> None:
         """Prepare to play.
@@ -91,11 +90,10 @@ class Player:
             source: what to play.
             sink: where to.
             pace: the speed.
-            window: at rate 0, how many messages may be under way; None asks the sink to
-                flush now and then instead.
             stretch: which part; all by default.
         """
-        self._source, self._sink, self._pace, self._window = source, sink, pace, window
+        self._source, self._sink, self._pace = source, sink, pace
+        self._window: Window | None = None
         self._stretch = stretch or Stretch()
         self._woken = threading.Condition()
         self._stopped = False
@@ -111,13 +109,18 @@ class Player:
         """Whether it waits for `resume`."""
         return self._pace.paused
 
-    def play(self, stamped: Collection[str], flush_every: int = 100) -> None:
+    def play(
+        self, stamped: Collection[str], window: Window | None = None, flush_every: int = 100
+    ) -> None:
         """Play until the end, or until `stop`.
 
         Args:
             stamped: topics whose messages begin with a header.
-            flush_every: at rate 0 without a window, messages between two flushes.
+            window: at rate 0, how many messages may be under way; None asks the sink to
+                flush now and then instead.
+            flush_every: messages between two flushes.
         """
+        self._window = window
         while not self._stopped:
             self._play_pass(stamped, flush_every)
             self.passes += 1
@@ -203,9 +206,10 @@ class Player:
         self.played += 1
 
     def _drain(self) -> None:
-        self._sink.flush()
         if self._window is not None and self._pace.rate == 0.0:
             self._window.drain(DRAIN_LIMIT)
+        else:
+            self._sink.flush()
 
 
 def shifted(content: bytes, shift: int) -> tuple[int, bytes]:

@@ -1,0 +1,60 @@
+"""The launch files load where launch is installed (it is no part of the ROS wheels)."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+launch = pytest.importorskip("launch", reason="needs ROS 2's launch")
+pytest.importorskip("launch_ros", reason="needs ROS 2's launch_ros")
+
+FOLDER = Path(__file__).resolve().parent.parent / "launch"
+FILES = sorted(FOLDER.glob("*.launch.py"))
+
+
+def load(path: Path) -> Any:
+    specification = importlib.util.spec_from_file_location(path.name.split(".")[0], path)
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def started(path: Path, **given: str) -> list[str]:
+    """Return the executables a launch file would start."""
+    module = load(path)
+    context = launch.LaunchContext()
+    for argument in module.ARGUMENTS:
+        if argument.default_value is not None:
+            argument.visit(context)
+    context.launch_configurations.update(given)
+    flat = []
+    for entity in module.nodes(context):
+        is_group = isinstance(entity, launch.actions.GroupAction)
+        flat += entity.get_sub_entities() if is_group else [entity]
+    return [each.node_executable for each in flat if hasattr(each, "node_executable")]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_every_argument_is_described(path: Path) -> None:
+    description = load(path).generate_launch_description()
+    arguments = description.get_launch_arguments()
+    assert arguments
+    for argument in arguments:
+        assert argument.description and argument.description != "no description given"
+
+
+def test_a_robot_starts_what_is_asked_for() -> None:
+    path = FOLDER / "robot.launch.py"
+    separate = ["mpu6050_node", "encoder_node", "correction_node", "filter_node"]
+    assert started(path) == separate
+    assert started(path, reference="true") == [*separate, "encoder_node", "evaluator_node"]
+    assert started(path, composed="true", compare="all") == ["estimation_node"]
+
+
+def test_a_replay_starts_the_whole_graph(tmp_path: Path) -> None:
+    names = started(FOLDER / "replay.launch.py", bag=str(tmp_path), rate="0.0", json="x.json")
+    assert names == ["evaluator_node", "filter_node", "correction_node", "replay_node"]
