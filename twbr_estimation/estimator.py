@@ -106,10 +106,18 @@ class FilterBank:
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
         """Feed every filter; return the estimate of the active one."""
+        self.step_beside(sample)
+        return self.step_active(sample)
+
+    def step_active(self, sample: CorrectedSample) -> TiltEstimate:
+        """Feed the active filter only and return its estimate."""
         self._sample = sample
+        return self._active.step(sample)
+
+    def step_beside(self, sample: CorrectedSample) -> None:
+        """Feed the filters that run beside it, which may wait until the estimate is out."""
         for entry in self._beside.values():
             entry.step(sample)
-        return self._active.step(sample)
 
     def compared(self) -> dict[str, TiltEstimate]:
         """Return the latest estimates of the filters that run beside, by name."""

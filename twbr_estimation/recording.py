@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from .samples import SINGLE_WHEEL_JOINT as SINGLE_WHEEL_JOINT
+
 FloatArray = NDArray[np.float64]
 StampArray = NDArray[np.int64]
-
-SINGLE_WHEEL_JOINT = "wheel_joint"
-"""Joint of robots with one wheel encoder; it counts where the two wheels' joints are absent."""
 
 
 @dataclass(frozen=True, slots=True)

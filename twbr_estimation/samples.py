@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
+SINGLE_WHEEL_JOINT = "wheel_joint"
+"""Joint of robots with one wheel encoder; it counts where the two wheels' joints are absent."""
 RESTART_GAP = 1.0
 """A longer time between two samples [s] starts correction and filters afresh."""
 

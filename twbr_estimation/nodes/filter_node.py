@@ -117,7 +117,7 @@ class FilterNode(Node):
         age = self._age(stamp) if stream.settings.predict else 0.0
         tilt = stream.published_tilt(estimate, age)
         outputs.publish(stamp, sample, estimate, tilt, stream.variance(estimate))
-        outputs.publish_comparison(stamp, stream.compared())
+        outputs.publish_comparison(stamp, stream.compare(sample))
         self._transform.publish(stamp, estimate.tilt)
         self._trusted = stream.trusted(estimate)
 

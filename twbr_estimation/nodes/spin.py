@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import threading
@@ -54,6 +55,7 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
         nodes.extend(created if isinstance(created, Sequence) else [created])
         for node in nodes:
             executor.add_node(node)
+        gc.freeze()  # what lives as long as the process need not be searched while it runs
         while rclpy.ok() and not stop.is_set():
             executor.spin_once(timeout_sec=WAKE_PERIOD)
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from ..errors import MessageError
 from ..pairing import WheelReading, wheel_reading
-from ..recording import SINGLE_WHEEL_JOINT
+from ..samples import SINGLE_WHEEL_JOINT
 
 _SECOND = 1_000_000_000
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id

@@ -121,11 +121,12 @@ class FilterStream:
         self._configuration = configuration
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
-        """Feed every filter; return the estimate of the chosen one."""
-        return self._bank.step(sample)
+        """Feed the chosen filter and return its estimate; `compare` comes after."""
+        return self._bank.step_active(sample)
 
-    def compared(self) -> dict[str, TiltEstimate]:
-        """Return the latest estimates of the filters that run beside, by name."""
+    def compare(self, sample: CorrectedSample) -> dict[str, TiltEstimate]:
+        """Feed the filters that run beside and return their estimates by name."""
+        self._bank.step_beside(sample)
         return self._bank.compared()
 
     def reset(self) -> None:

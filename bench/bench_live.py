@@ -1,0 +1,261 @@
+"""Measure the live system beside a bare relay node, in turns and in one run, as ratios.
+
+Latency is the time from publishing a raw sample to hearing its tilt; CPU time, memory and
+start are those of the measured process. Every message is counted. The machine should be
+quiet: p99 and the maximum are its own as much as ours.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+import numpy as np
+
+try:
+    import rclpy
+except ImportError:
+    print("live system: no ROS 2 here, so there is nothing to measure")
+    sys.exit(0)
+
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64
+
+from twbr_estimation.nodes.spin import make_executor
+from twbr_estimation.streams.cdr import ImuEncoder, JointStateEncoder
+
+HERE = Path(__file__).parent
+SUBJECT = HERE / "live_subject.py"
+QOS = [
+    argument
+    for topic in ("imu/data_raw", "joint_states")
+    for argument in ("-p", f"qos_overrides./{topic}.subscription.reliability:=reliable")
+]
+OURS = ["--ros-args", "-p", "drivers:=false", *QOS]
+ALL_FILTERS = [*OURS, "-p", "compare:=[all]"]
+WARM_UP = 0.3
+
+
+def quiet_domain() -> int:
+    """Return a ROS domain that nobody on this machine uses."""
+    while True:
+        domain = random.randint(1, 101)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as discovery:
+            try:
+                discovery.bind(("", 7400 + 250 * domain))
+            except OSError:
+                continue
+            return domain
+
+
+class Figures(NamedTuple):
+    """One run of one subject."""
+
+    p50: float
+    """Median latency [us]."""
+    p99: float
+    cpu: float
+    """Share of one core."""
+    lost: int
+    grown: float
+    """Memory after the run minus memory after its first tenth [kB]."""
+
+
+class Subject:
+    """A measured process."""
+
+    def __init__(self, name: str, arguments: list[str]) -> None:
+        began = time.perf_counter()
+        self.process = subprocess.Popen(
+            [sys.executable, str(SUBJECT), name, *arguments], stdout=subprocess.PIPE, text=True
+        )
+        assert self.process.stdout is not None
+        self.process.stdout.readline()
+        self.start = time.perf_counter() - began
+
+    def cpu_seconds(self) -> float:
+        """Return user and system time so far [s]."""
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def memory(self) -> int:
+        """Return the resident memory [kB]."""
+        status = Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(status.partition("VmRSS:")[2].split()[0])
+
+    def stop(self) -> None:
+        """End the process."""
+        self.process.terminate()
+        self.process.wait(10)
+
+
+class Probe:
+    """Publishes sensors at a steady rate and listens to the tilt."""
+
+    def __init__(self) -> None:
+        self.node = rclpy.create_node("probe")
+        self.executor = make_executor()
+        self.executor.add_node(self.node)
+        self.imu = self.node.create_publisher(Imu, "imu/data_raw", 1000)
+        self.joints = self.node.create_publisher(JointState, "joint_states", 1000)
+        self.heard: list[int] = []
+        now, heard = time.perf_counter_ns, self.heard
+        listen = self.node.create_subscription
+        listen(Float64, "tilt", lambda data: heard.append(now()), 1000, raw=True)
+        listen(Imu, "imu/data", lambda data: None, 1000, raw=True)
+        listen(JointState, "tilt/compare", lambda data: None, 1000, raw=True)
+        self._imu_encoder = ImuEncoder("imu_link")
+        self._joint_encoder = JointStateEncoder(["left_wheel_joint", "right_wheel_joint"])
+        self._values = [0.0] * 37
+        self._values[4], self._values[27] = -1.0, 9.81
+
+    def spin_until(self, condition: Callable[[], bool], limit: float = 30.0) -> None:
+        """Spin until the condition holds, or the time is up."""
+        end = time.monotonic() + limit
+        while not condition() and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.005)
+
+    def connected(self) -> bool:
+        """Whether the subject hears us and we hear it."""
+        count = self.node.count_publishers
+        heard = self.imu.get_subscription_count() and self.joints.get_subscription_count()
+        return bool(heard) and count("tilt") > 0 and count("imu/data") > 0
+
+    def publish(self, stamp: int) -> int:
+        """Publish wheels and IMU of one instant; return when the IMU's message left [ns]."""
+        self._values[14] = 0.1 * np.sin(stamp * 1e-9)
+        self.joints.publish(self._joint_encoder.encode(stamp, [0.0, 0.0], [0.0, 0.0]))
+        message = self._imu_encoder.encode(stamp, self._values)
+        sent = time.perf_counter_ns()
+        self.imu.publish(message)
+        return sent
+
+    def drive(self, rate: float, duration: float, at_tenth: Callable[[], None]) -> np.ndarray:
+        """Publish for a while; return when each sample left [ns]."""
+        count, period = round(rate * duration), 1.0 / rate
+        sent = np.zeros(count, dtype=np.int64)
+        first = time.time_ns()
+        begin = time.perf_counter()
+        for index in range(count):
+            due = begin + index * period
+            while (left := due - time.perf_counter()) > 0.0:
+                self.executor.spin_once(timeout_sec=left)
+            sent[index] = self.publish(first + round(index * period * 1e9))
+            if index == count // 10:
+                at_tenth()
+        return sent
+
+
+def measure(probe: Probe, name: str, arguments: list[str], rate: float, duration: float) -> Figures:
+    """Run one subject at one rate."""
+    subject = Subject(name, arguments)
+    try:
+        probe.spin_until(probe.connected)
+        probe.spin_until(lambda: False, WARM_UP)
+        probe.heard.clear()
+        early: list[float] = []
+        cpu, began = subject.cpu_seconds(), time.perf_counter()
+        sent = probe.drive(rate, duration, lambda: early.append(subject.memory()))
+        probe.spin_until(lambda: len(probe.heard) >= sent.size, 3.0)
+        cpu = (subject.cpu_seconds() - cpu) / (time.perf_counter() - began)
+        lost = sent.size - len(probe.heard)
+        latency = (np.array(probe.heard) - sent) * 1e-3 if lost == 0 else np.array([np.nan])
+        p50, p99 = np.percentile(latency, [50, 99])
+        return Figures(float(p50), float(p99), cpu, lost, subject.memory() - early[0])
+    finally:
+        subject.stop()
+        probe.spin_until(lambda: not probe.imu.get_subscription_count(), 5.0)
+
+
+def compare_running(probe: Probe, rounds: int, duration: float) -> None:
+    """Print latency and CPU of each subject, and their ratios to the relay's."""
+    subjects = (
+        ("bare relay", "relay", []),
+        ("bare relay, raw bytes", "raw_relay", []),
+        ("correction + filter", "ours", OURS),
+        ("  all filters beside it", "ours", ALL_FILTERS),
+    )
+    print(
+        f"{'':24}{'p50 us':>9}{'ratio':>7}{'p99 us':>9}{'ratio':>7}{'CPU %':>8}{'ratio':>7}  lost"
+    )
+    for rate in (500.0, 1000.0):
+        found: dict[str, list[Figures]] = {label: [] for label, *_ in subjects}
+        for _ in range(rounds):
+            for label, name, arguments in subjects:
+                found[label].append(measure(probe, name, arguments, rate, duration))
+        print(f"{rate:.0f} Hz")
+        base = [median(each) for each in zip(*found["bare relay"], strict=True)]
+        for label, figures in found.items():
+            p50, p99, cpu, *_ = (median(each) for each in zip(*figures, strict=True))
+            lost = sum(each.lost for each in figures)
+            print(
+                f"{label:24}{p50:9.0f}{p50 / base[0]:7.2f}{p99:9.0f}{p99 / base[1]:7.2f}"
+                f"{100 * cpu:8.1f}{cpu / base[2]:7.2f}{lost:6d}"
+            )
+
+
+def compare_starts(rounds: int) -> None:
+    """Print start-up time and memory of the filter node beside those of an empty one."""
+    found: dict[str, list[tuple[float, int]]] = {"empty": [], "filter_alone": []}
+    for _ in range(rounds):
+        for name, figures in found.items():
+            subject = Subject(name, [])
+            time.sleep(1.0)
+            figures.append((subject.start, subject.memory()))
+            subject.stop()
+    empty, ours = ([median(each) for each in zip(*found[name], strict=True)] for name in found)
+    print(
+        f"start: empty node {empty[0]:.3f} s, filter_node {ours[0]:.3f} s, "
+        f"ratio {ours[0] / empty[0]:.2f}"
+    )
+    print(
+        f"memory: empty node {empty[1] / 1024:.0f} MB, filter_node {ours[1] / 1024:.0f} MB, "
+        f"ratio {ours[1] / empty[1]:.2f}"
+    )
+
+
+def endure(probe: Probe, rate: float, duration: float) -> None:
+    """Print losses and the growth of memory of a long run."""
+    figures = measure(probe, "ours", ALL_FILTERS, rate, duration)
+    print(
+        f"{duration:.0f} s at {rate:.0f} Hz with all filters: {figures.lost} of "
+        f"{round(rate * duration)} samples lost, memory grew by {figures.grown:.0f} kB"
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=3, help="turns of each subject")
+    parser.add_argument("--duration", type=float, default=4.0, help="of one turn [s]")
+    parser.add_argument("--only", choices=["running", "starts", "endurance"])
+    parser.add_argument("--long", action="store_true", help="also 10 minutes at 500 Hz")
+    chosen: Any = parser.parse_args(arguments)
+    os.environ["ROS_DOMAIN_ID"] = str(quiet_domain())
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    if chosen.only in (None, "starts"):
+        compare_starts(2 * chosen.rounds + 1)
+    rclpy.init()
+    probe = Probe()
+    if chosen.only in (None, "running"):
+        compare_running(probe, chosen.rounds, chosen.duration)
+    if chosen.only in (None, "endurance"):
+        endure(probe, 1000.0, 60.0)
+    if chosen.long:
+        endure(probe, 500.0, 600.0)
+    probe.node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,87 @@
+"""One process to be measured: a bare relay, our estimation, or an empty node."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+
+from rclpy.node import Node
+
+SUBSCRIBED = ("imu/data_raw", "joint_states")
+PUBLISHED = ("tilt", "imu/data")
+
+
+def relay() -> Node:
+    """Return a node that passes on what it hears, with rclpy's usual messages."""
+    from sensor_msgs.msg import Imu, JointState
+    from std_msgs.msg import Float64
+
+    node = Node("relay")
+    tilt = node.create_publisher(Float64, "tilt", 100)
+    imu = node.create_publisher(Imu, "imu/data", 100)
+    value = Float64()
+
+    def pass_on(message: Imu) -> None:
+        value.data = message.angular_velocity.y
+        tilt.publish(value)
+        imu.publish(message)
+
+    node.create_subscription(Imu, "imu/data_raw", pass_on, 100)
+    node.create_subscription(JointState, "joint_states", lambda message: None, 100)
+    return node
+
+
+def raw_relay() -> Node:
+    """Return the same relay on serialised messages: the least that Python can do."""
+    from sensor_msgs.msg import Imu, JointState
+    from std_msgs.msg import Float64
+
+    node = Node("raw_relay")
+    tilt = node.create_publisher(Float64, "tilt", 100)
+    imu = node.create_publisher(Imu, "imu/data", 100)
+    value = b"\0\1\0\0" + bytes(8)
+
+    def pass_on(message: bytes) -> None:
+        tilt.publish(value)
+        imu.publish(message)
+
+    node.create_subscription(Imu, "imu/data_raw", pass_on, 100, raw=True)
+    node.create_subscription(JointState, "joint_states", lambda message: None, 100, raw=True)
+    return node
+
+
+def ours() -> Sequence[Node]:
+    """Return correction and filter in one process."""
+    from twbr_estimation.nodes.estimation_node import compose
+
+    return compose()
+
+
+def filter_alone() -> Node:
+    """Return the filter node."""
+    from twbr_estimation.nodes.filter_node import FilterNode
+
+    return FilterNode()
+
+
+def empty() -> Node:
+    """Return a node without anything."""
+    return Node("empty")
+
+
+SUBJECTS: dict[str, Callable[[], Node | Sequence[Node]]] = {
+    each.__name__: each for each in (relay, raw_relay, ours, filter_alone, empty)
+}
+
+
+def announced() -> Node | Sequence[Node]:
+    """Create the subject and say so, for whoever measures the start."""
+    created = SUBJECTS[sys.argv[1]]()
+    print("ready", flush=True)
+    return created
+
+
+if __name__ == "__main__":
+    from twbr_estimation.nodes.spin import run
+
+    sys.exit(run(announced))
