@@ -19,7 +19,7 @@ from ..streams.stillness import StillnessSettings, still_calibration
 from ..yaml_files import read_setup, write_section
 from .declarations import declarations_of, settings_from
 from .parameters import NodeParameters
-from .qos import LATCHED
+from .qos import latched
 
 CALIBRATION_FILE = "calibration_file"
 
@@ -57,7 +57,7 @@ class CalibrationService:
         self._path = Path(name).expanduser() if name else None
         self.calibrated = self._load() or setup().calibration != Calibration()
         """Whether the calibration is more than the defaults."""
-        self._publisher = node.create_publisher(Bool, "is_calibrated", LATCHED)
+        self._publisher = node.create_publisher(Bool, "is_calibrated", latched())
         self._publisher.publish(Bool(data=self.calibrated))
         self._service = node.create_service(Trigger, "~/calibrate", self._calibrate)
 

@@ -23,7 +23,7 @@ from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .parameters import NodeParameters
-from .qos import PUBLISHED, SUBSCRIBED, overridable
+from .qos import overridable, published, subscribed
 from .spin import run
 from .watchdog import Watchdog
 
@@ -81,14 +81,14 @@ class CorrectionNode(Node):
         frame = self.declare_parameter("frame_id", "imu_link").value
         self._encoder = ImuEncoder(frame)
         self._publisher = self.create_publisher(
-            Imu, "imu/data_corrected", PUBLISHED, qos_overriding_options=overridable()
+            Imu, "imu/data_corrected", published(), qos_overriding_options=overridable()
         )
         for kind, topic, callback in (
             (Imu, "imu/data_raw", self._on_imu),
             (JointState, "joint_states", self._on_joints),
         )[: 2 * subscribe]:
             self.create_subscription(
-                kind, topic, callback, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
+                kind, topic, callback, subscribed(), qos_overriding_options=overridable(), raw=True
             )
 
     def take_imu(self, stamp: int, values: tuple[float, ...]) -> None:

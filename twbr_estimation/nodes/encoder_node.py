@@ -16,7 +16,7 @@ from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
 from .parameters import NodeParameters
-from .qos import PUBLISHED, overridable
+from .qos import overridable, published
 from .spin import run
 
 FAILED_POLLS = 5
@@ -70,7 +70,7 @@ class EncoderNode(DeviceNode):
         self._message.position = array("d", [0.0] * len(settings.joints))
         self._message.velocity = array("d", [0.0] * len(settings.joints))
         self._publisher = self.create_lifecycle_publisher(
-            JointState, settings.topic, PUBLISHED, qos_overriding_options=overridable()
+            JointState, settings.topic, published(), qos_overriding_options=overridable()
         )
         self._timer = self.create_timer(1.0 / settings.poll_rate, self._poll)
 

@@ -25,7 +25,7 @@ from ..streams.evaluation import LiveEvaluation
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .parameters import NodeParameters
-from .qos import PUBLISHED, SUBSCRIBED, overridable
+from .qos import overridable, published, subscribed
 from .spin import run
 
 FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg")
@@ -112,7 +112,7 @@ class EvaluatorNode(Node):
         self._figures: dict[tuple[str, str], Any] = {}
         self._subscribe()
         self._progress = self.create_publisher(
-            Header, "~/progress", PUBLISHED, qos_overriding_options=overridable()
+            Header, "~/progress", published(), qos_overriding_options=overridable()
         )
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._diagnostics = Diagnostics(self, self.report)
@@ -141,7 +141,7 @@ class EvaluatorNode(Node):
                 self._unreadable += 1
 
         self.create_subscription(
-            kind, topic, guarded, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
+            kind, topic, guarded, subscribed(), qos_overriding_options=overridable(), raw=True
         )
 
     def _joint_callback(self, take: Any) -> Any:
@@ -217,7 +217,7 @@ class EvaluatorNode(Node):
     def _figure(self, name: str, figure: str) -> Any:
         publisher = self._figures.get((name, figure))
         if publisher is None:
-            publisher = self.create_publisher(Float64, f"~/{name}/{figure}", PUBLISHED)
+            publisher = self.create_publisher(Float64, f"~/{name}/{figure}", published())
             self._figures[name, figure] = publisher
         return publisher
 

@@ -22,7 +22,7 @@ from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
 from .parameters import NodeParameters
-from .qos import SUBSCRIBED, overridable
+from .qos import overridable, subscribed
 from .spin import run
 from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
@@ -62,7 +62,7 @@ class FilterNode(Node):
 
     def _subscribe(self, kind: Any, topic: str, callback: Any) -> Any:
         return self.create_subscription(
-            kind, topic, callback, SUBSCRIBED, qos_overriding_options=overridable(), raw=True
+            kind, topic, callback, subscribed(), qos_overriding_options=overridable(), raw=True
         )
 
     def _find_wheels(self) -> None:

@@ -19,7 +19,7 @@ from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
 from .parameters import NodeParameters
-from .qos import PUBLISHED, overridable
+from .qos import overridable, published
 from .spin import run
 
 TEMPERATURE_PERIOD = 0.1
@@ -67,10 +67,10 @@ class Mpu6050Node(DeviceNode):
         self._until_temperature = 0
         self._reported = Counters()
         self._imu_publisher = self.create_lifecycle_publisher(
-            Imu, "imu/data_raw", PUBLISHED, qos_overriding_options=overridable()
+            Imu, "imu/data_raw", published(), qos_overriding_options=overridable()
         )
         self._temperature_publisher = self.create_lifecycle_publisher(
-            Temperature, "imu/temperature", PUBLISHED, qos_overriding_options=overridable()
+            Temperature, "imu/temperature", published(), qos_overriding_options=overridable()
         )
         self.parameters = NodeParameters(
             self, declarations_of(Mpu6050NodeSettings()), self._build, self._apply

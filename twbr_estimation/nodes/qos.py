@@ -13,16 +13,28 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 DEPTH = 100
 """Messages a queue holds: 0.1 s at 1 kHz, so that a scheduling hiccup loses nothing."""
 
-PUBLISHED = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
-"""Data we publish."""
-SUBSCRIBED = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Data we listen to."""
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-"""States that a late subscriber must see, such as `tilt/valid`."""
+
+def published() -> QoSProfile:
+    """Return the quality of service of data we publish.
+
+    A new object at each call: rclpy writes the overrides of one topic into the profile it
+    is given, and a shared one would carry them to every later topic of the process.
+    """
+    return QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def subscribed() -> QoSProfile:
+    """Return the quality of service of data we listen to."""
+    return QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+def latched() -> QoSProfile:
+    """Return that of states which a late subscriber must see, such as `tilt/valid`."""
+    return QoSProfile(
+        depth=1,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
 
 
 def overridable() -> QoSOverridingOptions:

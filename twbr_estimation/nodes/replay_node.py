@@ -25,7 +25,7 @@ from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .message_types import has_header, message_type
 from .parameters import NodeParameters
-from .qos import PUBLISHED, overridable
+from .qos import overridable, published
 from .spin import run
 
 CHANGEABLE = ("rate", "loop")
@@ -104,7 +104,7 @@ class ReplayNode(Node):
         self._publishers_by_topic: dict[str, Any] = {}
         self._stamped: set[str] = set()
         self.player = self._make_player(self._settings)
-        self._clock_publisher = self.create_publisher(ClockMessage, "/clock", PUBLISHED)
+        self._clock_publisher = self.create_publisher(ClockMessage, "/clock", published())
         self.create_service(Trigger, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/resume", self._on_resume)
         self._state = "waiting for the graph"
@@ -158,7 +158,7 @@ class ReplayNode(Node):
             self.get_logger().warning(f"{topic} is not played: {error}")
             return
         self._publishers_by_topic[topic] = self.create_publisher(
-            kind, topic, PUBLISHED, qos_overriding_options=overridable()
+            kind, topic, published(), qos_overriding_options=overridable()
         )
         if has_header(kind):
             self._stamped.add(topic)
@@ -221,7 +221,7 @@ class ReplayNode(Node):
             if not has_header(kind):
                 raise ConfigurationError(f"follow: {topic} is a {types[topic][0]} without a header")
             take = partial(self._on_followed, topic)
-            self.create_subscription(kind, topic, take, PUBLISHED, raw=True)
+            self.create_subscription(kind, topic, take, published(), raw=True)
         if followed:
             return Window(self._settings.window, followed)
         if self._settings.rate == 0.0:

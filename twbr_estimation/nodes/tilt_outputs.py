@@ -12,7 +12,7 @@ from std_msgs.msg import Bool, Float64
 from ..samples import CorrectedSample, TiltEstimate
 from ..streams.cdr import ImuEncoder, JointStateEncoder, encode_float64
 from ..streams.corrected import imu_values
-from .qos import LATCHED, PUBLISHED, overridable
+from .qos import latched, overridable, published
 
 
 class TiltOutputs:
@@ -26,10 +26,10 @@ class TiltOutputs:
             frame: Frame id of `imu/data`.
         """
         options = {"qos_overriding_options": overridable()}
-        self._tilt = node.create_publisher(Float64, "tilt", PUBLISHED, **options)
-        self._imu = node.create_publisher(Imu, "imu/data", PUBLISHED, **options)
-        self._compare = node.create_publisher(JointState, "tilt/compare", PUBLISHED, **options)
-        self._valid = node.create_publisher(Bool, "tilt/valid", LATCHED)
+        self._tilt = node.create_publisher(Float64, "tilt", published(), **options)
+        self._imu = node.create_publisher(Imu, "imu/data", published(), **options)
+        self._compare = node.create_publisher(JointState, "tilt/compare", published(), **options)
+        self._valid = node.create_publisher(Bool, "tilt/valid", latched())
         self._imu_encoder = ImuEncoder(frame)
         self._compare_names: tuple[str, ...] = ()
         self._compare_encoder = JointStateEncoder(())
