@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import os
 import random
-import signal
 import socket
 import subprocess
 import sys
@@ -80,7 +79,7 @@ class Graph:
 
     def stop(self, node: str) -> None:
         """Ask a node to stop, and wait for it."""
-        self._running[node].send_signal(signal.SIGINT)
+        self._running[node].terminate()  # SIGINT is ignored below a script's background job
         self.wait(node, GOODBYE)
 
     def close(self) -> None:

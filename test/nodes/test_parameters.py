@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from rcl_interfaces.srv import DescribeParameters
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import DescribeParameters, GetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -47,6 +48,18 @@ def test_an_empty_array_default_can_be_filled_at_run_time(graph: Any) -> None:
     (result,) = node.set_parameters([Parameter("calibration.accel_scale_x", value=[0.1, 0.2])])
     assert result.successful, result.reason
     assert parameters.current.calibration.accel_scale_x == (0.1, 0.2)
+
+
+def test_all_parameters_can_be_asked_for_at_once(graph: Any) -> None:
+    node = graph.add(Node("subject", **graph.options()))
+    _setup_parameters(node, [])
+    names = [name for name in node._parameters if not name.startswith("qos_overrides")]
+    response = graph.call(
+        GetParameters, "/subject/get_parameters", GetParameters.Request(names=names)
+    )
+    assert len(response.values) == len(names)
+    empty = response.values[names.index("calibration.accel_scale_x")]
+    assert empty.type == ParameterType.PARAMETER_DOUBLE_ARRAY and not empty.double_array_value
 
 
 def test_a_refused_request_changes_nothing(graph: Any) -> None:

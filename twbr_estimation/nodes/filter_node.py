@@ -28,6 +28,9 @@ from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
 from .watchdog import Watchdog
 
+SMOOTHING = 0.01
+"""Weight of one sample in the sampling period that settings are compared with."""
+
 
 class FilterNode(Node):
     """Subscribes, filters, publishes; the work is done by a `FilterStream`."""
@@ -108,7 +111,7 @@ class FilterNode(Node):
         stream, outputs = self._stream, self._outputs
         estimate = stream.step(sample)
         self._counts["samples"] += 1
-        self._dt = sample.dt
+        self._dt += SMOOTHING * (sample.dt - self._dt) if self._dt else sample.dt
         if not math.isfinite(estimate.tilt + estimate.rate + estimate.tilt_variance):
             self._counts["not_finite_estimates"] += 1
             self._trusted = False

@@ -106,19 +106,34 @@ class NodeParameters(Generic[Built]):
 
 def _declare(node: Node, declaration: Declaration) -> Any:
     """Declare one parameter and return its first value."""
-    default, kind = declaration.default, Parameter.Type.DOUBLE_ARRAY
-    if declaration.strings:
-        kind = Parameter.Type.STRING_ARRAY
-    # An empty array has no type of its own and cannot be a default in ROS.
-    initial = kind if default == () else list(default) if isinstance(default, tuple) else default
+    default = declaration.default
     try:
-        node.declare_parameter(declaration.name, initial, descriptor_of(declaration))
+        if default == ():
+            _declare_empty(node, declaration)
+        else:
+            initial = list(default) if isinstance(default, tuple) else default
+            node.declare_parameter(declaration.name, initial, descriptor_of(declaration))
     except InvalidParameterTypeException as error:
         raise ConfigurationError(f"{error}; a double needs a decimal point, as in 1.0") from None
     except InvalidParameterValueException as error:
         raise ConfigurationError(str(error)) from None
-    value = node.get_parameter_or(declaration.name, Parameter(declaration.name)).value
-    return default if value is None else _plain(value)
+    return _plain(node.get_parameter(declaration.name).value)
+
+
+def _declare_empty(node: Node, declaration: Declaration) -> None:
+    """Declare an array whose default is empty, which does not say itself what it is made of.
+
+    It must get a value all the same: asked for many parameters of which one has no value,
+    rclpy answers with none, and `ros2 param dump` writes an empty file.
+    """
+    kind = Parameter.Type.STRING_ARRAY if declaration.strings else Parameter.Type.DOUBLE_ARRAY
+    descriptor = descriptor_of(declaration)
+    descriptor.read_only = False
+    if node.declare_parameter(declaration.name, kind, descriptor).value is None:
+        node.set_parameters([Parameter(declaration.name, kind, [])])
+    final = descriptor_of(declaration)
+    final.type = kind.value
+    node.set_descriptor(declaration.name, final)
 
 
 def _plain(value: Any) -> Any:
