@@ -40,7 +40,16 @@ def write_scores(target: str, scores: Sequence[RecordingScore]) -> None:
     Raises:
         ConfigurationError: the file cannot be written.
     """
-    text = json.dumps(as_json(scores), indent=2, allow_nan=False)
+    write_json(target, as_json(scores))
+
+
+def write_json(target: str, document: Mapping[str, object]) -> None:
+    """Write a document to a file, or to stdout where `target` is `-`.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    text = json.dumps(document, indent=2, allow_nan=False)
     if target == "-":
         sys.stdout.write(text + "\n")
         return

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 from ..bags import TopicNames
 from ..bags.topics import ROLES
 from ..errors import ConfigurationError
+from ..evaluation import Options
+from ..offline import TERMS, Request
 
 
 def add_recordings(parser: argparse.ArgumentParser) -> None:
@@ -53,6 +56,99 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder with robot.yaml, calibration.yaml, filters.yaml; "
         "default: the folder `config` inside the recording, where there is one",
+    )
+
+
+def add_request(parser: argparse.ArgumentParser) -> None:
+    """Add recordings, filters, settings and comparison: all that `request_of` reads."""
+    add_recordings(parser)
+    parser.add_argument(
+        "--filter",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="filter to run, repeatable; default: all",
+    )
+    parser.add_argument(
+        "--estimator",
+        action="append",
+        default=[],
+        metavar="NAME=TOPIC",
+        help="further estimator in the recording (Imu orientation or Float64 tilt), repeatable",
+    )
+    add_settings(parser)
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="FILTER.PARAMETER=VALUE",
+        help="change one parameter, repeatable",
+    )
+    parser.add_argument(
+        "--terms",
+        metavar="TERM[,TERM]",
+        help=f"motion terms to remove: some of {', '.join(TERMS)}, or none; default: as configured",
+    )
+    add_comparison(parser)
+
+
+def request_of(arguments: argparse.Namespace) -> Request:
+    """Return the request that the arguments of `add_request` describe.
+
+    Raises:
+        ConfigurationError: an argument that cannot be used.
+    """
+    terms = None
+    if arguments.terms is not None:
+        terms = tuple(name for name in arguments.terms.split(",") if name not in ("", "none"))
+        for name in terms:
+            if name not in TERMS:
+                raise ConfigurationError(f"--terms {name}: there are {', '.join(TERMS)}, none")
+    return Request(
+        names=tuple(arguments.filter),
+        preset=arguments.preset,
+        config=arguments.config,
+        values=parameter_values(arguments.set),
+        terms=terms,
+        topics=topic_names(arguments),
+        estimators=named_topics(arguments.estimator),
+        options=comparison(arguments),
+    )
+
+
+def add_comparison(parser: argparse.ArgumentParser) -> None:
+    """Add how estimates are compared with the reference."""
+    group = parser.add_argument_group("comparison")
+    group.add_argument(
+        "--reference-delay",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="compare the estimate stamped t with the reference at t - S",
+    )
+    group.add_argument(
+        "--reference-offset",
+        type=float,
+        default=0.0,
+        metavar="DEG",
+        help="added to the reference",
+    )
+    group.add_argument(
+        "--skip", type=float, default=0.0, metavar="S", help="do not score the first S seconds"
+    )
+
+
+def comparison(arguments: argparse.Namespace) -> Options:
+    """Return how estimates are compared with the reference.
+
+    Raises:
+        ConfigurationError: a value that is not finite.
+    """
+    for flag in ("reference_delay", "reference_offset", "skip"):
+        if not math.isfinite(getattr(arguments, flag)):
+            raise ConfigurationError(f"--{flag.replace('_', '-')}: must be a finite number")
+    return Options(
+        arguments.reference_delay, math.radians(arguments.reference_offset), arguments.skip
     )
 
 
