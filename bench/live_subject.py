@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 
-SUBSCRIBED = ("imu/data_raw", "joint_states")
-PUBLISHED = ("tilt", "imu/data")
+DEPTH = 1000
 
 
 def relay() -> Node:
@@ -17,8 +16,8 @@ def relay() -> Node:
     from std_msgs.msg import Float64
 
     node = Node("relay")
-    tilt = node.create_publisher(Float64, "tilt", 100)
-    imu = node.create_publisher(Imu, "imu/data", 100)
+    tilt = node.create_publisher(Float64, "tilt", DEPTH)
+    imu = node.create_publisher(Imu, "imu/data", DEPTH)
     value = Float64()
 
     def pass_on(message: Imu) -> None:
@@ -26,8 +25,8 @@ def relay() -> Node:
         tilt.publish(value)
         imu.publish(message)
 
-    node.create_subscription(Imu, "imu/data_raw", pass_on, 100)
-    node.create_subscription(JointState, "joint_states", lambda message: None, 100)
+    node.create_subscription(Imu, "imu/data_raw", pass_on, DEPTH)
+    node.create_subscription(JointState, "joint_states", lambda message: None, DEPTH)
     return node
 
 
@@ -37,16 +36,16 @@ def raw_relay() -> Node:
     from std_msgs.msg import Float64
 
     node = Node("raw_relay")
-    tilt = node.create_publisher(Float64, "tilt", 100)
-    imu = node.create_publisher(Imu, "imu/data", 100)
+    tilt = node.create_publisher(Float64, "tilt", DEPTH)
+    imu = node.create_publisher(Imu, "imu/data", DEPTH)
     value = b"\0\1\0\0" + bytes(8)
 
     def pass_on(message: bytes) -> None:
         tilt.publish(value)
         imu.publish(message)
 
-    node.create_subscription(Imu, "imu/data_raw", pass_on, 100, raw=True)
-    node.create_subscription(JointState, "joint_states", lambda message: None, 100, raw=True)
+    node.create_subscription(Imu, "imu/data_raw", pass_on, DEPTH, raw=True)
+    node.create_subscription(JointState, "joint_states", lambda message: None, DEPTH, raw=True)
     return node
 
 

@@ -33,15 +33,20 @@ class TiltFilter:
         return None if self._state is None else estimate_of(self._state)
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
+        """Take one sample and return the estimate at its stamp."""
+        self.advance(sample)
+        return estimate_of(self._state)
+
+    def advance(self, sample: CorrectedSample) -> None:
         """Take one sample; the first one, or one after a long gap, starts afresh."""
         state = self._state
         if state is None:
-            return self.reset(TiltEstimate(sample.angle, sample.gyro_y), sample)
-        if sample.dt > RESTART_GAP:
+            self.reset(TiltEstimate(sample.angle, sample.gyro_y), sample)
+        elif sample.dt > RESTART_GAP:
             bias = getattr(state, "gyro_bias", 0.0)
-            return self.reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias), sample)
-        self._state = state = self.entry.step(state, sample, self._coefficients)
-        return estimate_of(state)
+            self.reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias), sample)
+        else:
+            self._state = self.entry.step(state, sample, self._coefficients)
 
     def reset(self, estimate: TiltEstimate, sample: CorrectedSample) -> TiltEstimate:
         """Go on from `estimate`, which holds at the stamp of `sample`."""
@@ -117,7 +122,7 @@ class FilterBank:
     def step_beside(self, sample: CorrectedSample) -> None:
         """Feed the filters that run beside it, which may wait until the estimate is out."""
         for entry in self._beside.values():
-            entry.step(sample)
+            entry.advance(sample)
 
     def compared(self) -> dict[str, TiltEstimate]:
         """Return the latest estimates of the filters that run beside, by name."""

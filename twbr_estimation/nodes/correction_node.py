@@ -18,12 +18,12 @@ from ..samples import CorrectedSample, Sample
 from ..streams.cdr import ImuEncoder, WheelDecoder, decode_raw_imu
 from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream, Stamped
-from ..streams.inputs import InputSettings
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
+from .inputs import declare_inputs, listen
 from .parameters import NodeParameters
-from .qos import overridable, published, subscribed
+from .qos import overridable, published
 from .spin import run
 from .watchdog import Watchdog
 
@@ -50,7 +50,8 @@ class CorrectionNode(Node):
             options: Options of `rclpy.node.Node`.
         """
         super().__init__("correction_node", **options)
-        inputs = self._inputs = self._declare_inputs()
+        inputs = declare_inputs(self)
+        self.wheel_joints = inputs.left_wheel_joint, inputs.right_wheel_joint
         setup = NodeParameters(
             self,
             declarations_of(Setup()),
@@ -60,22 +61,11 @@ class CorrectionNode(Node):
         self._stream = CorrectionStream(setup.current, inputs.wheel_wait, KEPT_SAMPLES)
         self._setup, self._listener = setup, listener
         self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
-        self._wheels = WheelDecoder(inputs.left_wheel_joint, inputs.right_wheel_joint)
+        self._wheels = WheelDecoder(*self.wheel_joints)
         self._unreadable = 0
         self._connect(subscribe)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._diagnostics = Diagnostics(self, self._report)
-
-    def _declare_inputs(self) -> InputSettings:
-        declared = declarations_of(InputSettings(), read_only=True)
-        return NodeParameters(
-            self, declared, lambda values: settings_from(InputSettings(), values)
-        ).current
-
-    @property
-    def wheel_joints(self) -> tuple[str, str]:
-        """Names of the left and the right wheel joint."""
-        return self._inputs.left_wheel_joint, self._inputs.right_wheel_joint
 
     def _connect(self, subscribe: bool) -> None:
         frame = self.declare_parameter("frame_id", "imu_link").value
@@ -83,13 +73,9 @@ class CorrectionNode(Node):
         self._publisher = self.create_publisher(
             Imu, "imu/data_corrected", published(), qos_overriding_options=overridable()
         )
-        for kind, topic, callback in (
-            (Imu, "imu/data_raw", self._on_imu),
-            (JointState, "joint_states", self._on_joints),
-        )[: 2 * subscribe]:
-            self.create_subscription(
-                kind, topic, callback, subscribed(), qos_overriding_options=overridable(), raw=True
-            )
+        if subscribe:
+            listen(self, Imu, "imu/data_raw", self._on_imu)
+            listen(self, JointState, "joint_states", self._on_joints)
 
     def take_imu(self, stamp: int, values: tuple[float, ...]) -> None:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2] stamped `stamp` [ns]."""

@@ -16,13 +16,10 @@ from std_srvs.srv import Trigger
 from ..errors import MessageError
 from ..samples import CorrectedSample
 from ..streams.filtering import FilterStream
-from ..streams.inputs import InputSettings
 from ..streams.tilt_input import TiltInput
-from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
-from .parameters import NodeParameters
-from .qos import overridable, subscribed
+from .inputs import declare_inputs, listen
 from .spin import run
 from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
@@ -45,10 +42,7 @@ class FilterNode(Node):
         super().__init__("filter_node", **options)
         self._chosen = declare_filter_parameters(self, self._configure)
         configuration = self._chosen.current
-        declared = declarations_of(InputSettings(), read_only=True)
-        inputs = NodeParameters(
-            self, declared, lambda values: settings_from(InputSettings(), values)
-        ).current
+        inputs = declare_inputs(self)
         self._stream = FilterStream(configuration.filters)
         self._input = TiltInput(inputs, configuration.setup)
         self._outputs = TiltOutputs(self, self.declare_parameter("frame_id", "imu_link").value)
@@ -57,22 +51,17 @@ class FilterNode(Node):
         self._trusted, self._dt = True, 0.0
         self._subscribes, self._joints = subscribe, None
         if subscribe:
-            self._subscribe(Imu, "imu/data_corrected", self._on_imu)
+            listen(self, Imu, "imu/data_corrected", self._on_imu)
             self._find_wheels()
-        self._reset = self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(Trigger, "~/reset", self._on_reset)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._diagnostics = Diagnostics(self, self._report)
-
-    def _subscribe(self, kind: Any, topic: str, callback: Any) -> Any:
-        return self.create_subscription(
-            kind, topic, callback, subscribed(), qos_overriding_options=overridable(), raw=True
-        )
 
     def _find_wheels(self) -> None:
         """Listen to the wheels from the moment on when something needs them."""
         self._input.pair_wheels = self._stream.uses_wheels
         if self._subscribes and self._joints is None and self._input.needs_wheels:
-            self._joints = self._subscribe(JointState, "joint_states", self._on_joints)
+            self._joints = listen(self, JointState, "joint_states", self._on_joints)
 
     def _configure(self, configuration: FilterNodeConfiguration) -> None:
         self._stream.configure(configuration.filters)
@@ -141,12 +130,9 @@ class FilterNode(Node):
         self._outputs.publish_valid(fresh and self._trusted)
 
     def _report(self) -> Report:
-        values = {
-            "filter": self._stream.settings.filter,
-            "input": "raw" if self._input.raw else "corrected",
-            **self._counts,
-            **self._input.counts(),
-        }
+        kind = "raw" if self._input.raw else "corrected"
+        chosen = {"filter": self._stream.settings.filter, "input": kind}
+        values = {**chosen, **self._counts, **self._input.counts()}
         if not self._watchdog.started:
             return Report(Level.WARN, "waiting for imu/data_corrected", values)
         if not self._watchdog.fresh:

@@ -1,0 +1,90 @@
+"""Settings of the published tilt, and changes between two samples."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from twbr_estimation.errors import ConfigurationError
+from twbr_estimation.filters.base import filters
+from twbr_estimation.robot import Robot
+from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.streams.filtering import FilterConfiguration, FilterSettings, FilterStream
+
+
+def sample(angle: float, dt: float = 0.002) -> CorrectedSample:
+    zeros = dict.fromkeys(CorrectedSample._fields, 0.0)
+    return CorrectedSample(**{**zeros, "dt": dt, "angle": angle, "accel_z": 9.8})
+
+
+def stream(**settings: object) -> FilterStream:
+    return FilterStream(FilterConfiguration(FilterSettings(**settings)))  # type: ignore[arg-type]
+
+
+def test_published_tilt_is_predicted_then_offset_then_signed() -> None:
+    estimate = TiltEstimate(0.3, 2.0)
+    assert stream().published_tilt(estimate, age=0.01) == 0.3
+    turned = stream(tilt_sign=-1.0, tilt_offset=0.1, predict=True, prediction_limit=0.02)
+    assert turned.published_tilt(estimate, age=0.01) == pytest.approx(-0.22)
+    assert turned.published_tilt(estimate, age=5.0) == pytest.approx(-0.24)  # limited
+    assert turned.published_tilt(estimate, age=-5.0) == pytest.approx(-0.2)  # clocks disagree
+
+
+def test_variance_is_the_filters_own_or_the_setting() -> None:
+    live = stream(tilt_stddev=0.05, valid_stddev=0.1)
+    unknown, sure, lost = (TiltEstimate(0.0, 0.0, 0.0, v) for v in (0.0, 0.001, 0.04))
+    assert live.variance(unknown) == pytest.approx(0.0025)
+    assert live.variance(sure) == 0.001
+    assert [live.trusted(each) for each in (unknown, sure, lost)] == [True, True, False]
+
+
+def test_compare_accepts_all_and_ignores_what_is_empty_or_repeated() -> None:
+    assert FilterSettings(compare=("all",)).compared() == tuple(filters())
+    assert FilterSettings(compare=("", "gyro", "gyro")).compared() == ("gyro",)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"filter": "unheard_of"}, "unheard_of"),
+        ({"compare": ("gyro", "unheard_of")}, "unheard_of"),
+        ({"tilt_sign": 0.0}, "tilt_sign: 0.0"),
+        ({"tilt_offset": math.nan}, "tilt_offset: nan"),
+        ({"prediction_limit": -1.0}, "prediction_limit: -1.0"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(settings: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        FilterSettings(**settings)  # type: ignore[arg-type]
+
+
+def test_a_new_configuration_acts_from_the_next_sample_without_a_jump() -> None:
+    live = stream(compare=("gyro",))
+    for _ in range(100):
+        before = live.step(sample(0.2))
+        live.compare(sample(0.2))
+    changed = FilterConfiguration(
+        FilterSettings(filter="kalman", compare=("gyro", "accelerometer")),
+        {"complementary": {"time_constant": 9.0}},
+        replace(Robot(), wheel_radius=0.05),
+    )
+    live.configure(changed)
+    assert live.settings.filter == "kalman"
+    assert live.step(sample(0.2)).tilt == pytest.approx(before.tilt, abs=1e-9)
+    assert set(live.compare(sample(0.2))) == {"gyro", "accelerometer"}
+
+
+def test_settings_tuned_at_another_period_warn() -> None:
+    live = stream(settings_dt=0.002)
+    assert live.warnings(0.002) == ()
+    assert "tuned at dt 0.002 s, the samples come at 0.01 s" in live.warnings(0.01)[-1]
+
+
+def test_reset_starts_from_the_next_sample() -> None:
+    live = stream()
+    live.step(sample(0.0, dt=0.0))
+    assert live.step(sample(0.5)).tilt < 0.1
+    live.reset()
+    assert live.step(sample(0.5)).tilt == 0.5
