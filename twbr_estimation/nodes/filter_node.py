@@ -1,7 +1,6 @@
 """`imu/data_corrected`, or `imu/data_raw` straight in, to the tilt.
 
-Publishes `tilt`, `imu/data`, `tilt/compare` and `tilt/valid`. The filter, its parameters and
-the filters that run beside it change between two samples.
+The filter, its parameters and the filters beside it change between two samples.
 """
 
 from __future__ import annotations
