@@ -10,7 +10,8 @@ ROOT = Path(__file__).resolve().parent  # colcon --symlink-install runs a link t
 VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_text()).group(1)
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
-TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10"]
+DASK = ["distributed>=2023.12"]
+TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10", *DASK]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
 HARDWARE = ["smbus2>=0.4.3", "gpiod>=2.1"]
 
@@ -48,6 +49,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "hardware": HARDWARE,
         "import": ["h5py>=3.10"],
+        "dask": DASK,
         "test": TEST,
         "dev": [*TEST, *LINT, *HARDWARE],
         "colcon": ["colcon-common-extensions", "setuptools<80"],

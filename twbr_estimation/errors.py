@@ -29,3 +29,7 @@ class MessageError(TwbrError):
 
 class MotionError(TwbrError):
     """A robot that moved where it had to stand still."""
+
+
+class WorkerError(TwbrError):
+    """Workers of a computation that died, cannot be reached, or were told to stop."""

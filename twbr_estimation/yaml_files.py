@@ -82,7 +82,7 @@ def read_settings(*paths: PathLike) -> Settings:
 def write_section(
     path: PathLike,
     section: Robot | Calibration,
-    provenance: Mapping[str, str | float] | None = None,
+    provenance: Mapping[str, object] | None = None,
     replace: bool = False,
 ) -> None:
     """Write `robot.yaml` or `calibration.yaml`.
@@ -104,7 +104,7 @@ def write_settings(
     path: PathLike,
     settings: Settings,
     correction: CorrectionSettings | None = None,
-    provenance: Mapping[str, str | float] | None = None,
+    provenance: Mapping[str, object] | None = None,
     replace: bool = False,
 ) -> None:
     """Write `filters.yaml`; arguments and errors as `write_section`."""
@@ -121,7 +121,7 @@ def write_settings(
 def _write(
     path: PathLike,
     parameters: dict[str, Any],
-    provenance: Mapping[str, str | float] | None,
+    provenance: Mapping[str, object] | None,
     replace: bool,
 ) -> None:
     if provenance:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from .reading import read_recording
+from .storage import recordings_below
 from .topics import TopicNames
 from .writing import BagTopic, write_recording
 
-__all__ = ["BagTopic", "TopicNames", "read_recording", "write_recording"]
+__all__ = ["BagTopic", "TopicNames", "read_recording", "recordings_below", "write_recording"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
@@ -122,3 +123,37 @@ def _listed(metadata: Path) -> list[str]:
         return [str(name) for name in content["rosbag2_bagfile_information"]["relative_file_paths"]]
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
         raise RecordingError(f"{metadata}: not the metadata of a rosbag2: {error}") from error
+
+
+def recordings_below(path: Path) -> list[Path]:
+    """Return the recordings of a directory tree; a recording itself gives itself.
+
+    A directory with `metadata.yaml`, or with files that bear its own name (their recorder was
+    killed), is one recording. In another one every bag file is a recording of its own.
+
+    Raises:
+        RecordingError: nothing there, or no recording below it.
+    """
+    if not path.exists():
+        raise RecordingError(f"{path}: there is no such recording")
+    if not path.is_dir():
+        return [path]
+    found = _below(path)
+    if not found:
+        raise RecordingError(f"{path}: there is no recording in this directory")
+    return found
+
+
+def _below(folder: Path) -> list[Path]:
+    entries = sorted(folder.iterdir())
+    bags = [entry for entry in entries if entry.name.endswith(_SUFFIXES)]
+    if (folder / "metadata.yaml").exists() or any(_named_after(folder, bag) for bag in bags):
+        return [folder]
+    for entry in entries:
+        if entry.is_dir():
+            bags += _below(entry)
+    return bags
+
+
+def _named_after(folder: Path, bag: Path) -> bool:
+    return re.match(rf"{re.escape(folder.resolve().name)}_\d+\.", bag.name) is not None

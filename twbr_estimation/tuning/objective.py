@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import CorrectedTrack, correct
-from ..errors import RecordingError
+from ..errors import ConfigurationError, RecordingError
 from ..evaluation import Association, Options
 from ..pairing import SampleTrack, pair
-from ..recording import FloatArray, Recording
-from ..robot import Robot, Setup
+from ..recording import FloatArray, Recording, StampArray
+from ..robot import CorrectionSettings, Setup
+from ..samples import Sample
+
+SLOPE_HALF_WIDTH = 0.01
+"""The reference's rate is its difference over twice this [s]: one sample shows its counts only."""
+_WEIGHTS = {"delay": 0.01, "roughness": 1e-4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,20 +28,48 @@ class Objective:
     delay_weight: float = 0.0
     """Price of lag [deg^2/ms^2]: 0.01 makes 10 ms as bad as 1 deg^2 of MSE."""
     roughness_weight: float = 0.0
-    """Price of noise [s^2]: the mean square slope of the error [(deg/s)^2] times this."""
+    """Price of noise [s^2]: the mean square error of the estimate's slope [(deg/s)^2] times this.
+    """
 
-    def value(self, error: FloatArray, slope: FloatArray, dt: float) -> float:
+    @staticmethod
+    def parsed(text: str) -> Objective:
+        """Return the objective of a text such as `mse`, `mse+delay`, `mse+delay=0.02+roughness`.
+
+        Raises:
+            ConfigurationError: another text, or a weight that is not above 0.
+        """
+        first, *prices = text.split("+")
+        weights = {}
+        for price in prices:
+            name, equals, number = price.partition("=")
+            try:
+                weight = float(number) if equals else _WEIGHTS[name]
+            except (KeyError, ValueError):
+                weight = math.nan
+            if name not in _WEIGHTS or f"{name}_weight" in weights or not 0.0 < weight < math.inf:
+                first = ""
+            weights[f"{name}_weight"] = weight
+        if first != "mse":
+            known = ", ".join(f"{name}={weight:g}" for name, weight in _WEIGHTS.items())
+            raise ConfigurationError(
+                f"objective {text!r}: expected mse, then +NAME or +NAME=WEIGHT with a weight "
+                f"above 0; there are: {known}"
+            )
+        return Objective(**weights)
+
+    def value(self, error: FloatArray, tilt: FloatArray, slope: FloatArray, dt: float) -> float:
         """Return the figure for one recording [deg^2].
 
         Args:
             error: estimate minus reference [rad], (n,).
+            tilt: the estimate [rad], (n,).
             slope: the reference's rate [rad/s], (n,).
             dt: sampling period [s].
         """
         # No dot products: the linear algebra library's threads cost more than they save here.
         figure = float(np.mean(np.square(error)))
         if self.roughness_weight > 0.0:
-            rough = np.diff(error) / dt
+            rough = np.diff(tilt) / dt - 0.5 * (slope[1:] + slope[:-1])
             figure += self.roughness_weight * float(np.mean(np.square(rough)))
         figure *= np.degrees(1.0) ** 2
         if self.delay_weight > 0.0:
@@ -52,7 +86,7 @@ class TuningSet:
     source: str
     dt: float
     """Median sampling period [s]."""
-    robot: Robot
+    setup: Setup
     samples: SampleTrack
     corrected: CorrectedTrack
     reference: FloatArray
@@ -63,6 +97,16 @@ class TuningSet:
     """The reference's rate where it is known [rad/s], (k,)."""
     saturated: float
     """Share of samples with a saturated gyro or accelerometer."""
+
+    @property
+    def has_wheels(self) -> bool:
+        """Whether any sample has a wheel reading."""
+        return bool(np.any(self.samples.columns[Sample._fields.index("wheel_count")] > 0.0))
+
+    def corrected_with(self, settings: CorrectionSettings) -> TuningSet:
+        """Return the set as other settings of the correction leave it."""
+        setup = replace(self.setup, correction=settings)
+        return replace(self, setup=setup, corrected=correct(self.samples, setup))
 
     def errors(self, tilt: FloatArray) -> FloatArray:
         """Return estimate minus reference where it is known [rad], (k,)."""
@@ -87,24 +131,32 @@ def prepare(recording: Recording, setup: Setup, options: Options | None = None) 
     options = options or Options()
     samples = pair(recording.imu, recording.wheels)
     corrected = correct(samples, setup)
-    reference, covered = Association(recording.reference, options).at(samples.stamps)
+    association = Association(recording.reference, options)
+    reference, covered = association.at(samples.stamps)
     begin = samples.stamps[:1] + round(options.skip * 1e9)
     known = covered & (samples.stamps >= begin)
     if int(known.sum()) < 2:
         raise RecordingError(f"{recording.source}: fewer than 2 samples have a reference")
-    seconds = (samples.stamps - samples.stamps[0]) * 1e-9
     ordinary = setup.calibration.gyro_noise**2, setup.calibration.accel_noise**2
     return TuningSet(
         source=recording.source,
         dt=recording.dt,
-        robot=setup.robot,
+        setup=setup,
         samples=samples,
         corrected=corrected,
         reference=np.where(known, reference, 0.0),
         known=known,
-        slope=np.gradient(reference, seconds)[known],
+        slope=_slope(association, samples.stamps[known]),
         saturated=_saturated(corrected, *ordinary),
     )
+
+
+def _slope(association: Association, stamps: StampArray) -> FloatArray:
+    half = round(SLOPE_HALF_WIDTH * 1e9)
+    (earlier, known), (later, also) = (
+        association.interpolated(stamps + offset) for offset in (-half, half)
+    )
+    return np.where(known & also, (later - earlier) / (2.0 * SLOPE_HALF_WIDTH), 0.0)
 
 
 def _saturated(corrected: CorrectedTrack, gyro_variance: float, accel_variance: float) -> float:

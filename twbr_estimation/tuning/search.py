@@ -13,10 +13,16 @@ from ..filters.base import Filter, Parameter
 from ..recording import FloatArray
 
 Figure = Callable[[Mapping[str, float]], float]
-Progress = Callable[[float], None]
-"""Called with the best figure so far; may raise KeyboardInterrupt to stop."""
+Progress = Callable[[float, Mapping[str, float]], None]
+"""Called after every evaluation with the best figure so far and its values; may raise to stop."""
+
+
+def unwatched(best: float, values: Mapping[str, float]) -> None:
+    """Take no notice of the progress of a search."""
+
 
 _SMALLEST_SHARE = 1e-6  # of the default: where a logarithmic search starts from a bound of zero
+_WORST = 1e12  # what a setting that diverges counts: the search goes elsewhere
 _POPULATION = 8
 _GENERATIONS = 25
 _LOCAL_STEPS = 120  # per parameter
@@ -29,7 +35,6 @@ class Found:
     values: dict[str, float]
     figure: float
     evaluations: int
-    interrupted: bool = False
 
 
 class Axis:
@@ -76,12 +81,10 @@ class _Search:
     def at(self, values: dict[str, float]) -> float:
         figure = self._figure(values)
         self.evaluations += 1
-        if not math.isfinite(figure):
-            return 1e12  # an unstable setting is merely the worst
         if figure < self.best[0]:
             self.best = figure, values
-            self._progress(figure)
-        return figure
+        self._progress(*self.best)
+        return figure if math.isfinite(figure) else _WORST
 
 
 def tunable(entry: Filter) -> dict[str, Parameter]:
@@ -94,7 +97,7 @@ def search(
     figure: Figure,
     starts: Sequence[Mapping[str, float]] = (),
     seed: int = 0,
-    progress: Progress = lambda best: None,
+    progress: Progress = unwatched,
 ) -> Found:
     """Find the values that make `figure` smallest.
 
@@ -106,25 +109,21 @@ def search(
         figure: the figure for given values.
         starts: values to refine besides, such as defaults and presets.
         seed: of the global search; the same seed finds the same.
-        progress: called with the best figure so far.
+        progress: called after every evaluation; what it raises ends the search.
 
     Returns:
-        The best values; after Ctrl-C the best until then, marked as interrupted.
+        The best values met.
     """
     run = _Search({name: Axis(each) for name, each in parameters.items()}, figure, progress)
-    interrupted = False
-    try:
-        for start in starts:
-            run.at(dict(start))
-        if parameters:
-            _evolve(run, seed)
-            for start in [run.best[1], *starts]:
-                _refine(run, start)
-        elif not starts:
-            run.at({})
-    except KeyboardInterrupt:
-        interrupted = True
-    return Found(run.best[1], run.best[0], run.evaluations, interrupted)
+    for start in starts:
+        run.at(dict(start))
+    if parameters:
+        _evolve(run, seed)
+        for start in [run.best[1], *starts] if run.best[1] else starts:
+            _refine(run, start)
+    elif not starts:
+        run.at({})
+    return Found(run.best[1], run.best[0], run.evaluations)
 
 
 def _evolve(run: _Search, seed: int) -> None:

@@ -1,0 +1,144 @@
+"""`twbr tune` from recordings on disk to a parameter file."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from twbr_estimation import tuner
+from twbr_estimation.cli.main import INTERRUPTED, main
+from twbr_estimation.cli.simulate import write_simulated
+from twbr_estimation.simulation import simulate
+from twbr_estimation.yaml_files import read_correction, read_settings
+
+TUNE = ["--filter", "complementary", "--filter", "kalman_tuned", "--jobs", "1"]
+
+
+@pytest.fixture(scope="session")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A tree with two drives in `training`, one beside it, and one at another rate."""
+    folder = tmp_path_factory.mktemp("drives")
+    for name, dt, seed in (
+        ("training/a", 0.01, 41),
+        ("training/b", 0.01, 42),
+        ("other", 0.01, 43),
+        ("slow", 0.02, 43),
+    ):
+        write_simulated(folder / name, simulate("paper", dt, 20.0, seed))
+    return folder
+
+
+def written(path: Path) -> dict[str, Any]:
+    parameters: dict[str, Any] = yaml.safe_load(path.read_text())["/**"]["ros__parameters"]
+    return parameters
+
+
+def test_a_tree_of_recordings_becomes_a_parameter_file(
+    drives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    training, other = drives / "training", drives / "other"
+    assert main(["tune", str(training), "--verify", str(other), "-o", str(tmp_path), *TUNE]) == 0
+    file = tmp_path / "filters.yaml"
+    settings, correction = read_settings(file), read_correction(file)
+    assert settings.dt == pytest.approx(0.01)
+    assert correction is not None and correction.dt == pytest.approx(0.01)
+    assert set(settings.values) == {"complementary", "kalman_tuned"}
+    assert settings.filter in settings.values
+    provenance = written(file)["provenance"]
+    assert provenance["training"] == [str(training / "a"), str(training / "b")]
+    assert provenance["verification"] == [str(other)]
+    assert provenance["interrupted"] is False
+    about = provenance["kalman_tuned"]
+    assert about["verification_mse_deg2"] > 0.0 and about["training_mse_deg2"] > 0.0
+    assert len(about["eigenvalue_moduli"]) == 2
+    assert any("r: not identifiable" in text for text in about["warnings"])
+    printed = capsys.readouterr().out
+    assert "rate time constant" in printed and "kalman_tuned" in printed
+
+
+def test_figures_are_those_of_evaluate(drives: Path, tmp_path: Path) -> None:
+    one, other = drives / "training" / "a", drives / "other"
+    config = tmp_path / "config"
+    shutil.copytree(other / "config", config)
+    assert main(["tune", str(one), "--verify", str(other), "-o", str(config), *TUNE]) == 0
+    figures = tmp_path / "figures.json"
+    assert main(["evaluate", str(other), "--config", str(config), "--json", str(figures)]) == 0
+    mean = json.loads(figures.read_text())["mean"]
+    for name in ("complementary", "kalman_tuned"):
+        about = written(config / "filters.yaml")["provenance"][name]
+        assert about["verification_mse_deg2"] == pytest.approx(mean[name]["mse_deg2"], rel=1e-9)
+
+
+def test_an_existing_file_stays_unless_told(
+    drives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "filters.yaml"
+    file.write_text("mine")
+    command = ["tune", str(drives / "other"), "-o", str(file), *TUNE]
+    assert main(command) == 1
+    assert file.read_text() == "mine"
+    assert "--overwrite replaces it" in capsys.readouterr().err
+    assert main([*command, "--overwrite", "--keep-correction"]) == 0
+    output = capsys.readouterr()
+    assert "replacing" in output.err
+    assert "nothing was verified" in output.out
+    assert "correction" not in written(file)["provenance"]
+
+
+def test_training_on_the_verification_recording_is_refused_under_any_name(
+    drives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "renamed"
+    shutil.copytree(drives / "training" / "b", copy)
+    output = str(tmp_path / "f.yaml")
+    assert main(["tune", str(drives / "training"), "--verify", str(copy), "-o", output]) == 1
+    error = capsys.readouterr().err
+    assert "renamed: 100 % of its IMU readings are those of the training recording" in error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["other", "slow"], "slow: sampled every 20 ms"),
+        (["other", "--filter", "gyro"], "filter gyro has no parameter to tune"),
+        (["other", "--objective", "mae"], "objective 'mae'"),
+        (["other", "--jobs", "0"], "at least 1 is needed"),
+        (["nowhere"], "there is no such recording"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused(
+    drives: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(drives)
+    assert main(["tune", *arguments, "-o", str(tmp_path / "f.yaml")]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_ctrl_c_writes_the_best_so_far_and_says_so(
+    drives: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(task: Any, names: Any, workers: Any, report: Any) -> Any:
+        def stop(name: str, figure: float, values: Mapping[str, float]) -> None:
+            raise KeyboardInterrupt
+
+        return tune_filters(task, names, workers, stop)
+
+    tune_filters = tuner.tune_filters
+    monkeypatch.setattr(tuner, "tune_filters", interrupted)
+    file = tmp_path / "f.yaml"
+    assert main(["tune", str(drives / "other"), "-o", str(file), *TUNE]) == INTERRUPTED
+    provenance = written(file)["provenance"]
+    assert provenance["interrupted"] is True
+    assert provenance["complementary"]["interrupted"] is True
+    assert set(read_settings(file).values) == {"complementary"}

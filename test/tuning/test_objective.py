@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twbr_estimation.errors import ConfigurationError, RecordingError
+from twbr_estimation.robot import CorrectionSettings
+from twbr_estimation.simulation import simulate
+from twbr_estimation.tuning.filter import TuningTask
+from twbr_estimation.tuning.objective import Objective, prepare
+
+TIME = np.arange(0.0, 10.0, 0.01)
+TILT, SLOPE = 0.2 * np.sin(3.0 * TIME), 0.6 * np.cos(3.0 * TIME)
+
+
+def test_mse_is_that_of_the_error_in_degrees() -> None:
+    error = np.radians([1.0, -3.0])
+    assert Objective().value(error, error, error, 0.01) == pytest.approx(5.0)
+
+
+def test_delay_is_priced_by_its_square() -> None:
+    late = 0.2 * np.sin(3.0 * (TIME - 0.01))
+    plain, priced = (
+        each.value(late - TILT, late, SLOPE, 0.01) for each in (Objective(), Objective(0.02))
+    )
+    assert priced - plain == pytest.approx(0.02 * 10.0**2, rel=0.01)
+
+
+def test_roughness_is_priced_by_the_slope_of_the_noise() -> None:
+    noisy = TILT + 0.001 * (-1.0) ** np.arange(TILT.size)
+    priced = Objective(roughness_weight=1e-3)
+    steps = np.degrees(2 * 0.001 / 0.01) ** 2
+    for tilt, expected in ((noisy, 1e-3 * steps), (TILT, 0.0)):
+        extra = priced.value(tilt - TILT, tilt, SLOPE, 0.01) - Objective().value(
+            tilt - TILT, tilt, SLOPE, 0.01
+        )
+        assert extra == pytest.approx(expected, rel=0.01, abs=1e-4)
+
+
+def test_objectives_are_named() -> None:
+    assert Objective.parsed("mse") == Objective()
+    assert Objective.parsed("mse+roughness") == Objective(roughness_weight=1e-4)
+    assert Objective.parsed("mse+delay=0.5+roughness=2") == Objective(0.5, 2.0)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "mae", "mse+", "mse+delay=", "mse+delay=-1", "mse+delay=nan", "mse+delay+delay"]
+)
+def test_other_objectives_are_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"expected mse.*delay=0\.01, roughness=0\.0001"):
+        Objective.parsed(text)
+
+
+def test_a_recording_without_reference_is_refused() -> None:
+    made = simulate("ideal", 0.01, 1.0, 1)
+    with pytest.raises(RecordingError, match="no reference to tune against"):
+        prepare(replace(made.recording, reference=None), made.setup)
+
+
+def test_the_slope_of_the_reference_is_the_true_rate_despite_its_counts(task: TuningTask) -> None:
+    made = simulate("paper", 0.01, 20.0, 31)
+    truth = made.recording.truth
+    assert truth is not None and truth.rate is not None
+    ready = task.training[0]
+    difference = (ready.slope - truth.rate[ready.known])[1:-1]
+    assert np.sqrt(np.mean(difference**2)) < 0.25 * np.sqrt(np.mean(truth.rate**2))
+
+
+def test_other_settings_correct_anew(task: TuningTask) -> None:
+    ready = task.training[0]
+    changed = ready.corrected_with(CorrectionSettings(euler=False))
+    assert not np.array_equal(changed.corrected.field("angle"), ready.corrected.field("angle"))
+    assert changed.setup.correction.euler is False
+    back = changed.corrected_with(ready.setup.correction)
+    assert np.array_equal(back.corrected.columns, ready.corrected.columns)
+    assert ready.has_wheels

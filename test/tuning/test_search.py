@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import pytest
+
+from twbr_estimation.bounds import Bounds
+from twbr_estimation.filters.base import Parameter
+from twbr_estimation.tuning.search import Axis, search
+
+WIDE = {
+    "gain": Parameter("gain", 0.1, Bounds(-5.0, 5.0, "1", "signed")),
+    "noise": Parameter("noise", 1e-3, Bounds(0.0, 1e3, "1", "logarithmic", logarithmic=True)),
+}
+
+
+def two_valleys(values: Mapping[str, float]) -> float:
+    """Deepest at gain 3, noise 1e-5; a shallower valley at gain -0.5 catches a local search."""
+    gain = min(0.1 * (values["gain"] - 3.0) ** 2, 0.2 + 4.0 * (values["gain"] + 0.5) ** 2)
+    return gain + math.log10(values["noise"] / 1e-5) ** 2
+
+
+def test_the_deeper_of_two_valleys_is_found_over_decades() -> None:
+    found = search(WIDE, two_valleys, [{"gain": -0.4, "noise": 1e-3}])
+    assert found.figure < 1e-4
+    assert found.values["gain"] == pytest.approx(3.0, abs=0.02)
+    assert found.values["noise"] == pytest.approx(1e-5, rel=0.02)
+
+
+def test_the_same_seed_finds_the_same() -> None:
+    assert search(WIDE, two_valleys, seed=4) == search(WIDE, two_valleys, seed=4)
+
+
+def test_settings_that_diverge_are_avoided() -> None:
+    found = search(WIDE, lambda v: math.inf if v["gain"] > 0.0 else two_valleys(v))
+    assert found.values["gain"] == pytest.approx(-0.5, abs=0.02)
+
+
+def test_nothing_to_search_is_one_evaluation() -> None:
+    found = search({}, lambda values: 7.0)
+    assert (found.values, found.figure, found.evaluations) == ({}, 7.0, 1)
+
+
+def test_progress_hears_of_every_evaluation_and_may_stop() -> None:
+    heard: list[float] = []
+
+    def watch(best: float, values: Mapping[str, float]) -> None:
+        assert two_valleys(values) == best
+        heard.append(best)
+        if len(heard) == 30:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        search(WIDE, two_valleys, progress=watch)
+    assert len(heard) == 30
+    assert heard == sorted(heard, reverse=True)
+
+
+@pytest.mark.parametrize("parameter", WIDE.values(), ids=WIDE)
+def test_an_axis_returns_what_it_was_given_and_stays_within_bounds(parameter: Parameter) -> None:
+    axis = Axis(parameter)
+    for value in (parameter.default, 0.7 * parameter.bounds.maximum):
+        assert axis.value(axis.scaled(value)) == pytest.approx(value)
+    assert axis.value(axis.high + 1.0) == parameter.bounds.maximum
+    assert axis.value(axis.low - 1.0) >= parameter.bounds.minimum

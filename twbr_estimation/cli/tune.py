@@ -1,0 +1,201 @@
+"""`twbr tune BAG...`: time constants and filter parameters that fit your recordings."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ..errors import ConfigurationError
+from ..filters import filter_named
+from ..tuner import Report, TuningRequest, TuningResult, tune, write_tuned
+from ..tuning.objective import Objective
+from ..tuning.search import tunable
+from ..tuning.workers import LocalPool, ThisProcess, Workers
+from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
+from .main import INTERRUPTED
+
+DEFAULT_OUTPUT = "filters.yaml"
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = subparsers.add_parser(
+        "tune",
+        help="fit the correction's and the filters' parameters to recordings with a reference",
+        description="Search the parameters with which the estimates agree best with the reference "
+        "encoder: first the correction's time constants, then each filter's parameters. "
+        "A directory stands for all recordings below it. Ctrl-C keeps the best so far.",
+    )
+    add_recordings(parser)
+    parser.add_argument(
+        "--verify",
+        nargs="+",
+        action="extend",
+        default=[],
+        type=Path,
+        metavar="BAG",
+        help="other recordings, to judge the result on",
+    )
+    parser.add_argument(
+        "--filter",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="filter to tune, repeatable; default: all",
+    )
+    parser.add_argument(
+        "--objective",
+        default="mse",
+        metavar="mse[+delay[=W]][+roughness[=W]]",
+        help="mean square error, with a price on lag [deg^2/ms^2] and on noise [s^2]; "
+        "default: %(default)s",
+    )
+    parser.add_argument(
+        "--keep-correction", action="store_true", help="leave the low-pass constants as configured"
+    )
+    add_settings(parser)
+    add_comparison(parser)
+    _add_run(parser)
+    parser.set_defaults(run=run)
+
+
+def _add_run(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path(DEFAULT_OUTPUT),
+        metavar="FILE|DIR",
+        help="parameter file to write, or the folder for it; default: %(default)s",
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the global search")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", type=int, metavar="N", help="local processes; default: one a processor"
+    )
+    where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster to use")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Tune, print what was found and write it."""
+    console = Console(stderr=True)
+    target = arguments.output
+    target = target / DEFAULT_OUTPUT if target.is_dir() or not target.suffix else target
+    # Known before the search, not after it.
+    if target.exists() and not arguments.overwrite:
+        raise ConfigurationError(f"{target}: exists already; --overwrite replaces it")
+    request = _request(arguments)
+    with _workers(arguments) as workers, _shown(console) as report:
+        result = tune(request, workers, report)
+    _print(Console(), result)
+    if target.exists():
+        console.print(f"replacing {escape(str(target))}")
+    write_tuned(target, result, _provenance(), replace=arguments.overwrite)
+    console.print(f"{'interrupted; ' if result.interrupted else ''}wrote {escape(str(target))}")
+    return INTERRUPTED if result.interrupted else 0
+
+
+def _request(arguments: argparse.Namespace) -> TuningRequest:
+    if arguments.seed < 0:
+        raise ConfigurationError(f"--seed {arguments.seed}: is below 0")
+    return TuningRequest(
+        training=tuple(arguments.bags),
+        verification=tuple(arguments.verify),
+        names=tuple(arguments.filter),
+        objective=Objective.parsed(arguments.objective),
+        keep_correction=arguments.keep_correction,
+        preset=arguments.preset,
+        config=arguments.config,
+        topics=topic_names(arguments),
+        options=comparison(arguments),
+        seed=arguments.seed,
+    )
+
+
+@contextmanager
+def _workers(arguments: argparse.Namespace) -> Iterator[Workers]:
+    if arguments.dask is not None:
+        from ..tuning.dask_cluster import DaskCluster
+
+        cluster = DaskCluster(arguments.dask)
+        try:
+            yield cluster
+        finally:
+            cluster.close()
+        return
+    jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
+    if jobs < 1:
+        raise ConfigurationError(f"--jobs {jobs}: at least 1 is needed")
+    yield ThisProcess() if jobs == 1 else LocalPool(jobs)
+
+
+@contextmanager
+def _shown(console: Console) -> Iterator[Report]:
+    """Show the best figure so far of everything that is being tuned."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        lines: dict[str, Any] = {}
+
+        def report(name: str, best: float) -> None:
+            text = f"{name}: best so far {best:.4g} deg²"
+            if name not in lines:
+                lines[name] = progress.add_task(text, total=None)
+            progress.update(lines[name], description=text)
+
+        yield report
+
+
+def _provenance() -> dict[str, str]:
+    command = shlex.join(["twbr", *sys.argv[1:]])
+    return {"command": command, "date": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+
+
+def _print(console: Console, result: TuningResult) -> None:
+    if (tuned := result.tuned_correction) is not None:
+        console.print(
+            f"Correction at {1e3 * result.dt:g} ms: "
+            f"rate time constant {tuned.settings.rate_time_constant:.5f} s, "
+            f"velocity time constant {tuned.settings.velocity_time_constant:.5f} s; "
+            f"MSE of the angle {tuned.mse_before_deg2:.4g} -> {tuned.mse_after_deg2:.4g} deg²",
+            highlight=False,
+            soft_wrap=True,
+        )
+    console.print(_table(result))
+    warnings = [*result.warnings, *(text for each in result.filters for text in each.warnings)]
+    if not result.verification:
+        warnings.append("nothing was verified; --verify takes other recordings")
+    for warning in dict.fromkeys(warnings):
+        console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
+
+
+def _table(result: TuningResult) -> Table:
+    table = Table(title=f"tuned at {1e3 * result.dt:g} ms", title_justify="left")
+    table.add_column("filter", no_wrap=True)
+    for heading in ("training\nMSE [deg²]", "verification\nMSE [deg²]", "largest\nmodulus"):
+        table.add_column(escape(heading), justify="right", no_wrap=True)
+    table.add_column("tuned parameters", overflow="fold")
+    for each in sorted(result.filters, key=lambda one: one.judged_mse_deg2):
+        verified = each.verification_mse_deg2
+        searched = tunable(filter_named(each.name))
+        values = "  ".join(f"{name} {each.values[name]:.4g}" for name in searched)
+        table.add_row(
+            each.name + (" (interrupted)" if each.interrupted else ""),
+            f"{each.training_mse_deg2:.4f}",
+            "" if verified is None else f"{verified:.4f}",
+            f"{each.eigenvalue_moduli[0]:.5f}" if each.eigenvalue_moduli else "",
+            escape(values),
+        )
+    return table

@@ -1,0 +1,246 @@
+"""From recordings on disk to a tuned `filters.yaml`, without ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from .bags import TopicNames, read_recording, recordings_below
+from .errors import ConfigurationError, RecordingError
+from .evaluation import Options
+from .filters import filter_named, filters
+from .offline import configuration
+from .presets import preset
+from .robot import CorrectionSettings
+from .settings import DT_TOLERANCE, Settings
+from .tuning.correction import TunedCorrection, tune_correction
+from .tuning.filter import TunedFilter, TuningTask
+from .tuning.findings import saturation_warnings
+from .tuning.objective import Objective, TuningSet, prepare
+from .tuning.search import tunable
+from .tuning.workers import Workers, tune_filters
+from .yaml_files import write_settings
+
+SHARED_SAMPLES = 0.01
+"""Two recordings with a larger share of equal IMU readings are one, or parts of one."""
+START_PRESET = "table2"
+"""Preset whose values are among those a search starts from."""
+
+Report = Callable[[str, float], None]
+"""Takes the name of what is tuned and its best figure so far [deg^2]."""
+
+
+@dataclass(frozen=True, slots=True)
+class TuningRequest:
+    """What to tune, on which recordings."""
+
+    training: tuple[Path, ...]
+    verification: tuple[Path, ...] = ()
+    names: tuple[str, ...] = ()
+    """Filters to tune; all that have something to tune where empty."""
+    objective: Objective = field(default_factory=Objective)
+    keep_correction: bool = False
+    """Whether the correction's low-pass constants stay as configured."""
+    preset: str | None = None
+    config: Path | None = None
+    topics: TopicNames = field(default_factory=TopicNames)
+    options: Options = field(default_factory=Options)
+    seed: int = 0
+
+    def chosen(self) -> tuple[str, ...]:
+        """Return the filters to tune.
+
+        Raises:
+            ConfigurationError: an unknown filter, or one without anything to tune.
+        """
+        if not self.names or "all" in self.names:
+            return tuple(name for name, entry in filters().items() if tunable(entry))
+        for name in self.names:
+            if not tunable(filter_named(name)):
+                raise ConfigurationError(f"filter {name} has no parameter to tune")
+        return tuple(dict.fromkeys(self.names))
+
+
+@dataclass(frozen=True, slots=True)
+class TuningResult:
+    """A tuned correction and tuned filters."""
+
+    dt: float
+    """Sampling period they belong to [s]."""
+    correction: CorrectionSettings
+    tuned_correction: TunedCorrection | None
+    """None where the correction was kept."""
+    filters: tuple[TunedFilter, ...]
+    training: tuple[str, ...]
+    verification: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended the search."""
+        first = self.tuned_correction is not None and self.tuned_correction.interrupted
+        return first or any(each.interrupted for each in self.filters)
+
+    @property
+    def best(self) -> TunedFilter | None:
+        """The filter with the smallest verification (else training) MSE, if there is one."""
+        return min(self.filters, key=lambda each: each.judged_mse_deg2, default=None)
+
+
+def tune(request: TuningRequest, workers: Workers, report: Report) -> TuningResult:
+    """Tune first the correction's low-pass constants, then the filters.
+
+    Ctrl-C ends the search and keeps the best so far.
+
+    Raises:
+        TwbrError: recordings or configuration that cannot be used, or workers that fail.
+    """
+    names = request.chosen()
+    training, verification = _sets(request, request.training), _sets(request, request.verification)
+    _require_different(training, verification)
+    dt = _common_period([*training, *verification])
+    tuned = None
+    correction = replace(training[0].setup.correction, dt=dt)
+    if not request.keep_correction:
+        tuned = tune_correction(training, request.seed, lambda best, _: report("correction", best))
+        correction = tuned.settings
+        training = [each.corrected_with(correction) for each in training]
+        verification = [each.corrected_with(correction) for each in verification]
+    done: list[TunedFilter] = []
+    if tuned is None or not tuned.interrupted:
+        task = TuningTask(
+            tuple(training),
+            tuple(verification),
+            request.objective,
+            _starts(request, dt),
+            request.seed,
+        )
+        done = tune_filters(task, names, workers, lambda name, best, _: report(name, best))
+    return TuningResult(
+        dt,
+        correction,
+        tuned,
+        tuple(done),
+        tuple(each.source for each in training),
+        tuple(each.source for each in verification),
+        saturation_warnings(training),
+    )
+
+
+def _sets(request: TuningRequest, paths: Sequence[Path]) -> list[TuningSet]:
+    found = dict.fromkeys(bag for path in paths for bag in recordings_below(path))
+    sets = []
+    for bag in found:
+        recording = read_recording(bag, request.topics, required=("reference",))
+        setup, _ = configuration(bag, recording.dt, request.config, request.preset)
+        sets.append(prepare(recording, setup, request.options))
+    return sets
+
+
+def _require_different(training: Sequence[TuningSet], verification: Sequence[TuningSet]) -> None:
+    for known in training:
+        for other in verification:
+            if (share := shared_samples(known, other)) > SHARED_SAMPLES:
+                raise RecordingError(
+                    f"{other.source}: {100 * share:.0f} % of its IMU readings are those of the "
+                    f"training recording {known.source}; verification needs another recording"
+                )
+
+
+def shared_samples(first: TuningSet, second: TuningSet) -> float:
+    """Return the share of the second recording's IMU readings that occur in the first.
+
+    Stamps and names do not count: a copy, a part and a recording under another name are seen.
+    """
+    rows = [
+        np.ascontiguousarray(each.samples.columns[1:7].T).view(np.dtype((np.void, 48))).ravel()
+        for each in (first, second)
+    ]
+    known = {row.tobytes() for row in rows[0]}
+    return sum(row.tobytes() in known for row in rows[1]) / max(rows[1].size, 1)
+
+
+def _common_period(sets: Sequence[TuningSet]) -> float:
+    """Return the mean sampling period.
+
+    Raises:
+        RecordingError: the recordings differ in it.
+    """
+    first = sets[0]
+    for each in sets:
+        if abs(each.dt / first.dt - 1.0) > DT_TOLERANCE:
+            raise RecordingError(
+                f"{each.source}: sampled every {1e3 * each.dt:g} ms, {first.source} every "
+                f"{1e3 * first.dt:g} ms; parameters belong to one sampling period"
+            )
+    return math.fsum(each.dt for each in sets) / len(sets)
+
+
+def _starts(request: TuningRequest, dt: float) -> dict[str, list[Mapping[str, float]]]:
+    """Return the preset's values and those of the configuration by filter."""
+    starts: dict[str, list[Mapping[str, float]]] = {}
+    _, printed = preset(START_PRESET, dt)
+    _, configured = configuration(request.training[0], dt, request.config, request.preset)
+    for settings in (printed, configured):
+        for name, values in settings.values.items():
+            if values not in starts.setdefault(name, []):
+                starts[name].append(values)
+    return starts
+
+
+def write_tuned(
+    path: Path, result: TuningResult, provenance: Mapping[str, str], replace: bool = False
+) -> None:
+    """Write what was tuned as a parameter file, with what is known about it.
+
+    Args:
+        path: file to write.
+        result: what tuning found.
+        provenance: where it comes from: command, date.
+        replace: whether an existing file may be replaced.
+
+    Raises:
+        ConfigurationError: the file exists and `replace` is not set.
+    """
+    best = result.best
+    settings = Settings(
+        {each.name: each.values for each in result.filters},
+        **({} if best is None else {"filter": best.name}),
+        dt=result.dt,
+    )
+    known = {**provenance, **_findings(result)}
+    write_settings(path, settings, result.correction, known, replace)
+
+
+def _findings(result: TuningResult) -> dict[str, object]:
+    found: dict[str, object] = {
+        "interrupted": result.interrupted,
+        "training": list(result.training),
+    }
+    if result.verification:
+        found["verification"] = list(result.verification)
+    if result.tuned_correction is not None:
+        found["correction"] = {
+            "mse_before_deg2": result.tuned_correction.mse_before_deg2,
+            "mse_after_deg2": result.tuned_correction.mse_after_deg2,
+        }
+    if result.warnings:
+        found["warnings"] = list(result.warnings)
+    return {**found, **{each.name: _about(each) for each in result.filters}}
+
+
+def _about(tuned: TunedFilter) -> dict[str, object]:
+    about: dict[str, object] = {"training_mse_deg2": tuned.training_mse_deg2}
+    if tuned.verification_mse_deg2 is not None:
+        about["verification_mse_deg2"] = tuned.verification_mse_deg2
+    if tuned.eigenvalue_moduli:
+        about["eigenvalue_moduli"] = list(tuned.eigenvalue_moduli)
+    if tuned.warnings:
+        about["warnings"] = list(tuned.warnings)
+    if tuned.interrupted:
+        about["interrupted"] = True
+    return about

@@ -1,0 +1,107 @@
+"""Tune the correction's low-pass filters (16) and (19): Laddach 2022, Table 1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..batch import correct
+from ..bounds import Bounds
+from ..filters.base import Parameter
+from ..robot import CorrectionSettings
+from .objective import TuningSet
+from .search import Found, Progress, search, unwatched
+
+LARGEST_TIME_CONSTANT = 1.0
+"""Upper bound of the low-pass time constants in a search [s]."""
+_DEFAULT_TIME_CONSTANT = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class TunedCorrection:
+    """What tuning found for the low-pass filters."""
+
+    settings: CorrectionSettings
+    mse_before_deg2: float
+    """MSE of the angle with no correction of motion, as in Table 1 [deg^2]."""
+    mse_after_deg2: float
+    """MSE of the corrected angle [deg^2]."""
+    evaluations: int
+    interrupted: bool = False
+
+
+def tune_correction(
+    sets: Sequence[TuningSet], seed: int = 0, progress: Progress = unwatched
+) -> TunedCorrection:
+    """Find the time constants that make the corrected angle best; Ctrl-C keeps the best so far.
+
+    A time constant whose term is switched off, or of wheels that no recording has, is kept.
+
+    Args:
+        sets: training recordings; the settings of the first are the start.
+        seed: of the global search.
+        progress: called with the best MSE so far [deg^2].
+    """
+    base = sets[0].setup.correction
+    start = {name: max(getattr(base, name), 0.0) for name in _searched(base, sets)}
+    bounds = Bounds(0.0, LARGEST_TIME_CONSTANT, "s", "low-pass time constant")
+    parameters = {
+        name: Parameter(name, value or _DEFAULT_TIME_CONSTANT, bounds)
+        for name, value in start.items()
+    }
+
+    def mse(values: Mapping[str, float]) -> float:
+        return corrected_mse(sets, _changed(base, values))
+
+    latest = Found(start, mse(start), 1)
+
+    def watch(best: float, values: Mapping[str, float]) -> None:
+        nonlocal latest
+        latest = Found(dict(values), best, latest.evaluations + 1)
+        progress(best, values)
+
+    interrupted = False
+    try:
+        latest = search(parameters, mse, [start], seed, watch)
+    except KeyboardInterrupt:
+        interrupted = True
+    dt = float(np.mean([each.dt for each in sets]))
+    return TunedCorrection(
+        replace(_changed(base, latest.values), dt=dt),
+        raw_mse(sets),
+        latest.figure,
+        latest.evaluations,
+        interrupted,
+    )
+
+
+def raw_mse(sets: Sequence[TuningSet]) -> float:
+    """Return the MSE of the angle with no correction of motion, mean over recordings [deg^2]."""
+    off = replace(sets[0].setup.correction, euler=False, centrifugal=False, wheel=False)
+    return corrected_mse(sets, off)
+
+
+def corrected_mse(sets: Sequence[TuningSet], settings: CorrectionSettings) -> float:
+    """Return the MSE of the corrected angle, mean over recordings [deg^2]."""
+    figures = []
+    for each in sets:
+        angle = correct(each.samples, replace(each.setup, correction=settings)).field("angle")
+        figures.append(float(np.mean(np.square(np.degrees(each.errors(angle))))))
+    return float(np.mean(figures))
+
+
+def _changed(base: CorrectionSettings, values: Mapping[str, float]) -> CorrectionSettings:
+    changes: dict[str, Any] = dict(values)
+    return replace(base, **changes)
+
+
+def _searched(base: CorrectionSettings, sets: Sequence[TuningSet]) -> list[str]:
+    names = []
+    if base.euler:
+        names.append("rate_time_constant")
+    if base.wheel and any(each.has_wheels for each in sets):
+        names.append("velocity_time_constant")
+    return names

@@ -1,0 +1,136 @@
+"""Tune one filter: Laddach 2022, Table 2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..batch import run_filter
+from ..filters.base import Filter, Parameter, filter_named
+from .findings import error_moduli, warnings_for
+from .objective import Objective, TuningSet
+from .search import Figure, Progress, search, tunable, unwatched
+
+FORGET_WITHIN = 60.0
+"""Time within which a tilt error must shrink to 1/e [s]: a recording that begins with the right
+tilt, as most do, would not miss it."""
+
+
+@dataclass(frozen=True, slots=True)
+class TunedFilter:
+    """What tuning found for one filter."""
+
+    name: str
+    values: Mapping[str, float]
+    """Every parameter, tuned or left alone."""
+    training_mse_deg2: float
+    """Mean over the training recordings [deg^2]."""
+    verification_mse_deg2: float | None
+    """Mean over the verification recordings [deg^2]; None where there are none."""
+    eigenvalue_moduli: tuple[float, ...]
+    """Of A - KCA, eq. (25), largest first; empty for a filter without matrices."""
+    warnings: tuple[str, ...]
+    interrupted: bool = False
+
+    @property
+    def judged_mse_deg2(self) -> float:
+        """The verification MSE, or the training MSE where nothing was verified [deg^2]."""
+        if self.verification_mse_deg2 is None:
+            return self.training_mse_deg2
+        return self.verification_mse_deg2
+
+
+@dataclass(frozen=True, slots=True)
+class TuningTask:
+    """What is the same for every filter that is tuned; it travels to other processes."""
+
+    training: tuple[TuningSet, ...]
+    verification: tuple[TuningSet, ...] = ()
+    objective: Objective = field(default_factory=Objective)
+    starts: Mapping[str, Sequence[Mapping[str, float]]] = field(default_factory=dict)
+    """Values to start from besides the defaults by filter name, such as a preset's."""
+    seed: int = 0
+    """Of the global search."""
+
+
+def tune_filter(task: TuningTask, name: str, progress: Progress = unwatched) -> TunedFilter:
+    """Find the parameters with which a filter does best on the training recordings.
+
+    Args:
+        task: recordings and objective.
+        name: of the filter.
+        progress: called with the best figure so far; what it raises ends the search.
+
+    Raises:
+        ConfigurationError: there is no such filter.
+    """
+    entry = filter_named(name)
+    parameters = tunable(entry)
+    defaults = {each.name: each.default for each in parameters.values()}
+    starts = [defaults, *({**defaults, **_only(s, parameters)} for s in task.starts.get(name, ()))]
+    found = search(parameters, _figure(entry, task), starts, task.seed, progress)
+    return judged(task, name, found.values)
+
+
+def judged(
+    task: TuningTask, name: str, values: Mapping[str, float], interrupted: bool = False
+) -> TunedFilter:
+    """Return the figures and warnings of a filter with the values that a search found."""
+    entry = filter_named(name)
+    values = entry.configure(values)._asdict()
+    training = mean_square_error(entry, values, task.training)
+    verified = mean_square_error(entry, values, task.verification) if task.verification else None
+    dt = task.training[0].dt
+    return TunedFilter(
+        name,
+        values,
+        training,
+        verified,
+        error_moduli(entry, values, dt),
+        warnings_for(entry, values, dt, training, verified, _figure(entry, task)),
+        interrupted,
+    )
+
+
+def mean_square_error(
+    entry: Filter, values: Mapping[str, float], sets: Sequence[TuningSet]
+) -> float:
+    """Return the MSE of a filter, averaged over recordings [deg^2]."""
+    return _mean_figure(entry, values, sets, Objective())
+
+
+def _figure(entry: Filter, task: TuningTask) -> Figure:
+    def figure(values: Mapping[str, float]) -> float:
+        if not _forgets(entry, values, task.training[0].dt):
+            return math.inf
+        return _mean_figure(entry, values, task.training, task.objective)
+
+    return figure
+
+
+def _forgets(entry: Filter, values: Mapping[str, float], dt: float) -> bool:
+    """Return whether a tilt error dies out by the error dynamics A - KCA of (25)."""
+    if entry.matrices is None:
+        return True
+    a, _, c, k = entry.matrices(entry.configure(values), dt)
+    with np.errstate(over="ignore", invalid="ignore"):
+        later = np.linalg.matrix_power(a - k @ c @ a, round(FORGET_WITHIN / dt))
+    return bool(abs(later[0, 0]) < math.exp(-1.0))
+
+
+def _mean_figure(
+    entry: Filter, values: Mapping[str, float], sets: Sequence[TuningSet], objective: Objective
+) -> float:
+    parameters = entry.configure(values)
+    figures = []
+    for each in sets:
+        tilt = run_filter(entry, parameters, each.corrected, each.setup.robot).tilt
+        figures.append(objective.value(each.errors(tilt), tilt[each.known], each.slope, each.dt))
+    return float(np.mean(figures))
+
+
+def _only(start: Mapping[str, float], parameters: Mapping[str, Parameter]) -> dict[str, float]:
+    return {name: value for name, value in start.items() if name in parameters}
