@@ -7,7 +7,7 @@ test then checks that it really cannot.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -42,9 +42,18 @@ def run(entry: Filter, state: Any, samples: Iterable[CorrectedSample], coefficie
     return states
 
 
+def leaves(part: Any) -> Iterator[np.ndarray]:
+    """Yield the arrays and numbers of a state, however they nest."""
+    if isinstance(part, tuple):
+        for inner in part:
+            yield from leaves(inner)
+    else:
+        yield np.ravel(part)
+
+
 def flat(states: Iterable[Any]) -> np.ndarray:
     """All numbers of all states, so that a hidden difference shows, too."""
-    return np.array([np.concatenate([np.ravel(field) for field in state]) for state in states])
+    return np.array([np.concatenate([*leaves(state)]) for state in states])
 
 
 def batch(entry: Filter, samples: list[CorrectedSample], state: Any = None) -> EstimateTrack:

@@ -1,0 +1,358 @@
+"""Inertial navigation with the wheels as odometer: nothing is differentiated.
+
+Gyro and accelerometer are integrated to attitude, velocity and position in three
+dimensions. An error-state Kalman filter compares the distance moved with the wheel
+encoder, and position and sideways motion with what a balancing robot can do; from the
+differences it learns the errors of attitude, gyro (bias and gain) and accelerometer.
+Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
+as a state of its own, a clipped acceleration leaves the velocity open.
+
+Groves, Principles of GNSS, Inertial and Multisensor Integrated Navigation Systems,
+chapters 5, 14 and 16; the integration runs at every sample, the Kalman filter at most
+every `PERIOD`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from ..bounds import Bounds
+from ..robot import EncoderPlacement, Robot
+from ..samples import CorrectedSample, TiltEstimate
+from .base import Filter
+from .error_state import (
+    ACCEL_BIAS,
+    ATTITUDE,
+    DISTANCE,
+    GYRO_BIAS,
+    GYRO_GAIN,
+    POSITION,
+    STATES,
+    VELOCITY,
+    Array,
+    advanced,
+    forget,
+)
+from .navigation import (
+    Navigation,
+    Reading,
+    Window,
+    decayed,
+    empty_window,
+    extend,
+    gyro_saturated,
+    integrate,
+    read,
+    repaired,
+    share_kept,
+)
+from .odometer_aiding import (
+    FIRST_DISTANCE,
+    HOLD,
+    ROOM_PERIOD,
+    Aiding,
+    Geometry,
+    aid,
+    drifted_excess,
+    estimate_excess,
+    rolled_distance,
+    watched,
+)
+from .strapdown import attitude_at, heading_of, matrix_of, tilt_of
+
+PERIOD = 0.0045
+"""Shortest time between two updates of the Kalman filter [s]."""
+FIRST_TILT = 0.2
+"""Standard deviation of a first tilt that says nothing of its own [rad]."""
+FIRST_VELOCITY = 0.3
+"""Standard deviation of the first velocity [m/s]."""
+
+
+class Parameters(NamedTuple):
+    """What the filter is told of sensors, calibration and ground."""
+
+    gyro_bias: Annotated[
+        float,
+        Bounds(
+            0.0,
+            1.0,
+            "rad/s",
+            "Standard deviation of the gyro bias that calibration left. "
+            "Larger learns it faster at the start.",
+            logarithmic=True,
+        ),
+    ] = math.radians(0.3)
+    gyro_drift: Annotated[
+        float,
+        Bounds(
+            0.0,
+            1e-2,
+            "rad/s/sqrt(s)",
+            "Wandering of the gyro bias. Larger follows "
+            "temperature faster and lets more noise into the bias.",
+            logarithmic=True,
+        ),
+    ] = 1e-5
+    gyro_gain: Annotated[
+        float,
+        Bounds(0.0, 0.2, "1", "Standard deviation of the gyro's relative gain error."),
+    ] = 0.06
+    accel_bias: Annotated[
+        float,
+        Bounds(
+            0.0,
+            2.0,
+            "m/s^2",
+            "Standard deviation of what calibration left of the accelerometer's errors.",
+            logarithmic=True,
+        ),
+    ] = 0.02
+    accel_bias_time: Annotated[
+        float,
+        Bounds(0.1, 1e4, "s", "Time over which that error changes.", logarithmic=True),
+    ] = 100.0
+    wheel_noise: Annotated[
+        float,
+        Bounds(
+            1e-5,
+            0.1,
+            "m",
+            "Standard deviation of a wheel reading: encoder steps, play "
+            "and unevenness of the ground.",
+            logarithmic=True,
+        ),
+    ] = 5e-4
+    slip: Annotated[
+        float,
+        Bounds(
+            0.0,
+            1.0,
+            "m/sqrt(m)",
+            "Error of the distance rolled per root of the distance.",
+            logarithmic=True,
+        ),
+    ] = 3e-3
+    room: Annotated[
+        float,
+        Bounds(
+            0.01,
+            100.0,
+            "m",
+            "How far the robot strays within `room_time` where no wheel "
+            "tells. Smaller trusts the accelerometer sooner.",
+            logarithmic=True,
+        ),
+    ] = 0.5
+    room_time: Annotated[
+        float,
+        Bounds(0.1, 1e3, "s", "Time over which a displacement is forgotten.", logarithmic=True),
+    ] = 10.0
+
+
+class Coefficients(NamedTuple):
+    """Parameters and robot as the numbers a step needs."""
+
+    gyro_bias: float
+    gyro_drift: float
+    gyro_gain: float
+    accel_bias: float
+    accel_bias_time: float
+    room_time: float
+    geometry: Geometry
+
+
+class State(NamedTuple):
+    """The estimate, the navigation behind it, and its covariance."""
+
+    tilt: float
+    rate: float
+    gyro_bias: float
+    tilt_variance: float
+    navigation: Navigation
+    last: Reading
+    window: Window
+    aiding: Aiding
+    covariance: Array
+    """Of the error vector of `error_state`, (20, 20)."""
+
+
+def derive(parameters: Parameters, robot: Robot) -> Coefficients:
+    """Put parameters and geometry together."""
+    geometry = Geometry(
+        lever=robot.lever_arm,
+        wheel_radius=robot.wheel_radius,
+        on_body=float(robot.encoder_placement is EncoderPlacement.BODY),
+        wheel_noise=parameters.wheel_noise,
+        slip=parameters.slip,
+        room=parameters.room,
+    )
+    return Coefficients(
+        parameters.gyro_bias,
+        parameters.gyro_drift,
+        parameters.gyro_gain,
+        parameters.accel_bias,
+        parameters.accel_bias_time,
+        parameters.room_time,
+        geometry,
+    )
+
+
+def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
+    """Continue from `estimate`, at rest; the accelerometer tells the roll."""
+    accel = (sample.accel_x, sample.accel_y, sample.accel_z)
+    zeros = (0.0, 0.0, 0.0)
+    bias = (0.0, estimate.gyro_bias, 0.0)
+    attitude = attitude_at(estimate.tilt, accel)
+    nav = Navigation(attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0)
+    rate = (
+        sample.gyro_x,
+        sample.gyro_y - estimate.gyro_bias,
+        sample.gyro_z,
+    )
+    variance = FIRST_TILT * FIRST_TILT
+    if estimate.tilt_variance > 0.0:
+        variance = estimate.tilt_variance
+    return State(
+        estimate.tilt,
+        estimate.rate,
+        estimate.gyro_bias,
+        variance,
+        nav,
+        read(nav, attitude, rate, sample),
+        empty_window(),
+        Aiding(HOLD, 0.0, 0.0, 0.0),
+        _first_covariance(variance, c),
+    )
+
+
+def _first_covariance(tilt: float, c: Coefficients) -> Array:
+    p = np.zeros((STATES, STATES))
+    for i in range(3):
+        p[VELOCITY + i, VELOCITY + i] = FIRST_VELOCITY * FIRST_VELOCITY
+        p[POSITION + i, POSITION + i] = c.geometry.room * c.geometry.room
+        p[GYRO_BIAS + i, GYRO_BIAS + i] = c.gyro_bias * c.gyro_bias
+        p[GYRO_GAIN + i, GYRO_GAIN + i] = c.gyro_gain * c.gyro_gain
+        p[ACCEL_BIAS + i, ACCEL_BIAS + i] = c.accel_bias * c.accel_bias
+    p[ATTITUDE, ATTITUDE] = p[ATTITUDE + 1, ATTITUDE + 1] = tilt
+    return p
+
+
+def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
+    """Integrate one sample; at the end of a window compare and repair."""
+    last, was_saturated = state.last, state.aiding.saturated > 0.0
+    nav, now = integrate(state.navigation, last, sample, c.geometry.lever, c.room_time)
+    window = extend(state.window, nav, last, now, sample)
+    aiding = watched(state.aiding, sample)
+    if window.time < PERIOD and was_saturated == gyro_saturated(sample):
+        return State(
+            tilt_of(matrix_of(nav.attitude)),
+            now.rate[1],
+            nav.gyro_bias[1],
+            state.tilt_variance,
+            nav,
+            now,
+            window,
+            aiding,
+            state.covariance,
+        )
+    return _compare(state.covariance, nav, now, window, aiding, sample, c)
+
+
+def _compare(
+    covariance: Array,
+    nav: Navigation,
+    now: Reading,
+    window: Window,
+    aiding: Aiding,
+    sample: CorrectedSample,
+    c: Coefficients,
+) -> State:
+    """Bring the covariance up to date, compare with the wheels, repair the navigation."""
+    p = _propagated(covariance, nav, window, c)
+    error = np.zeros(STATES)
+    if sample.wheel_count > 0.0 and sample.wheel_count != aiding.wheels:
+        error[DISTANCE] = rolled_distance(nav, sample, c.geometry) - nav.distance
+        forget(p, DISTANCE, FIRST_DISTANCE * FIRST_DISTANCE)
+    if aiding.saturated > 0.0:
+        estimate_excess(p, error, nav, sample)
+    aid(p, error, nav, now, sample, aiding, c.geometry)
+    fixed = repaired(nav, error)
+    keep = share_kept(window.time, c.accel_bias_time)
+    fixed = Navigation(
+        fixed.attitude,
+        fixed.velocity,
+        fixed.position,
+        fixed.distance,
+        fixed.gyro_bias,
+        fixed.gyro_gain,
+        decayed(fixed.accel_bias, keep),
+        drifted_excess(p, fixed.excess, window.time, sample),
+    )
+    unchecked = 0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked
+    saturated = 1.0 if gyro_saturated(sample) else 0.0
+    m = matrix_of(fixed.attitude)
+    return State(
+        tilt_of(m),
+        now.rate[1],
+        fixed.gyro_bias[1],
+        _tilt_variance(p, heading_of(m)),
+        fixed,
+        read(fixed, fixed.attitude, now.rate, sample),
+        empty_window(),
+        Aiding(aiding.calm, unchecked, saturated, sample.wheel_count),
+        p,
+    )
+
+
+def _propagated(covariance: Array, nav: Navigation, window: Window, c: Coefficients) -> Array:
+    """Return the covariance at the end of a window."""
+    time = window.time
+    forward, left = heading_of(matrix_of(nav.attitude))
+    ahead = nav.velocity[0] * forward + nav.velocity[1] * left
+    drift = time * (nav.velocity[1] * forward - nav.velocity[0] * left)
+    leak = min(time / c.room_time, 1.0)
+    p = advanced(
+        covariance,
+        time,
+        window.turn,
+        window.spin,
+        window.excess,
+        window.push,
+        (forward, left),
+        drift,
+        leak,
+    )
+    keep = share_kept(time, c.accel_bias_time)
+    p[ACCEL_BIAS : ACCEL_BIAS + 3, :] *= keep
+    p[:, ACCEL_BIAS : ACCEL_BIAS + 3] *= keep
+    wander = c.accel_bias * c.accel_bias * (1.0 - keep * keep)
+    for i in range(3):
+        p[ATTITUDE + i, ATTITUDE + i] += window.attitude_noise[i]
+        p[VELOCITY + i, VELOCITY + i] += window.velocity_noise[i]
+        p[GYRO_BIAS + i, GYRO_BIAS + i] += c.gyro_drift * c.gyro_drift * time
+        p[ACCEL_BIAS + i, ACCEL_BIAS + i] += wander
+    p[DISTANCE, DISTANCE] += c.geometry.slip * c.geometry.slip * abs(ahead) * time
+    return p
+
+
+def _tilt_variance(p: Array, heading: tuple[float, float]) -> float:
+    """Return the variance of a turn about the robot's left axis [rad^2]."""
+    forward, left = heading
+    across = left * left * p[0, 0] + forward * forward * p[1, 1]
+    return float(across - 2.0 * left * forward * p[0, 1])
+
+
+FILTER = Filter(
+    name="ins_odometer",
+    title="Inertial navigation aided by the wheels as odometer.",
+    source="Groves 2013, chapters 5, 14, 16",
+    parameters=Parameters,
+    state=State,
+    reset=reset,
+    step=step,
+    derive=derive,
+    uses_wheels=True,
+)

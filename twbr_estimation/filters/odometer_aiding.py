@@ -1,0 +1,170 @@
+"""What the inertial navigation is compared with: wheels, room, and the gyro's own range.
+
+Each function takes in scalar measurements; arrays are changed in place.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..samples import CorrectedSample
+from .error_state import DISTANCE, EXCESS, POSITION, VELOCITY, Array, forget, observe, scatter_of
+from .navigation import Navigation, Reading, clipped, gyro_saturated
+from .strapdown import Vector, cross, heading_of, matrix_of, rotated, tilt_of
+
+HOLD = 1.0
+"""Biases and gains are left alone for this long after a saturation [s]."""
+SLIP_GATE = 3.0
+"""A wheel reading this many standard deviations off is a slip."""
+FIRST_DISTANCE = 1e-3
+"""Standard deviation of the first distance, which fits the first wheel reading [m]."""
+ROOM_PERIOD = 0.5
+"""Time between two comparisons with the room [s]."""
+SIDE_SLIP = 0.1
+"""Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
+EXCESS_MEAN = 0.8
+"""Usual tilt rate beyond the gyro's range while it is saturated [rad/s]."""
+EXCESS_SPREAD = 4.0
+"""Standard deviation of that rate [rad/s]."""
+EXCESS_TIME = 0.05
+"""Time over which it changes [s]."""
+EXCESS_END = 0.3
+"""How well it is known to be zero at the end, and never below zero [rad/s]."""
+
+
+class Geometry(NamedTuple):
+    """What the comparison needs of robot and parameters."""
+
+    lever: Vector
+    """Position of the sensor relative to the axle's middle, body axes [m]."""
+    wheel_radius: float
+    on_body: float
+    """1 where the encoder counts against the body, else 0."""
+    wheel_noise: float
+    slip: float
+    room: float
+    """Standard deviation of a displacement [m]."""
+
+
+class Aiding(NamedTuple):
+    """What the comparisons remember."""
+
+    calm: float
+    """Time since the last saturation [s]."""
+    unchecked: float
+    """Time since the last comparison with the room [s]."""
+    saturated: float
+    """1 while the gyro is saturated, else 0."""
+    wheels: float
+    """Wheel encoders at the last update."""
+
+
+def aid(
+    p: Array,
+    error: Array,
+    nav: Navigation,
+    now: Reading,
+    sample: CorrectedSample,
+    aiding: Aiding,
+    geometry: Geometry,
+) -> None:
+    """Compare with everything that is known at this sample."""
+    held = aiding.calm < HOLD
+    if sample.wheel_count > 0.0:
+        _wheel(p, error, nav, sample, held, geometry)
+    if sample.wheel_count > 1.5:
+        _side(p, error, nav, now, held, geometry)
+    if aiding.unchecked >= ROOM_PERIOD:
+        _room(p, error, nav, sample.wheel_count, held, geometry.room)
+
+
+def rolled_distance(nav: Navigation, sample: CorrectedSample, geometry: Geometry) -> float:
+    """Return the distance of the sensor along the heading as the wheels tell it [m]."""
+    m = matrix_of(nav.attitude)
+    forward, left = heading_of(m)
+    arm = rotated(m, geometry.lever)
+    angle = sample.wheel_angle + geometry.on_body * tilt_of(m)
+    return geometry.wheel_radius * angle + arm[0] * forward + arm[1] * left
+
+
+def _wheel(
+    p: Array,
+    error: Array,
+    nav: Navigation,
+    sample: CorrectedSample,
+    held: bool,
+    geometry: Geometry,
+) -> None:
+    """Compare the distance moved with the distance rolled; a slip opens the distance."""
+    m = matrix_of(nav.attitude)
+    forward, left = heading_of(m)
+    height = rotated(m, geometry.lever)[2] + geometry.on_body * geometry.wheel_radius
+    h = np.zeros(error.size)
+    h[0], h[1], h[DISTANCE] = height * left, -height * forward, 1.0
+    residual = rolled_distance(nav, sample, geometry) - nav.distance
+    variance = geometry.wheel_noise * geometry.wheel_noise
+    beyond = residual * residual - SLIP_GATE * SLIP_GATE * (scatter_of(p, h) + variance)
+    if beyond > 0.0:
+        p[DISTANCE, DISTANCE] += beyond
+    observe(p, error, h, residual, variance, held)
+
+
+def _side(
+    p: Array, error: Array, nav: Navigation, now: Reading, held: bool, geometry: Geometry
+) -> None:
+    """Two wheels on the ground do not move sideways."""
+    m = matrix_of(nav.attitude)
+    forward, left = heading_of(m)
+    swing = rotated(m, cross(now.rate, geometry.lever))
+    x, y = nav.velocity[0] - swing[0], nav.velocity[1] - swing[1]
+    h = np.zeros(error.size)
+    h[VELOCITY], h[VELOCITY + 1] = -left, forward
+    h[2] = -(x * forward + y * left)
+    observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, held)
+
+
+def _room(p: Array, error: Array, nav: Navigation, wheels: float, held: bool, room: float) -> None:
+    """A balancing robot stays about where it was; wheels know better along the heading."""
+    forward, left = heading_of(matrix_of(nav.attitude))
+    h = np.zeros(error.size)
+    h[POSITION + 2] = 1.0
+    observe(p, error, h, -nav.position[2], room * room, held)
+    h[POSITION], h[POSITION + 1], h[POSITION + 2] = -left, forward, 0.0
+    side = nav.position[0] * left - nav.position[1] * forward
+    observe(p, error, h, side, room * room, held)
+    if wheels == 0.0:
+        h[POSITION], h[POSITION + 1] = forward, left
+        ahead = nav.position[0] * forward + nav.position[1] * left
+        observe(p, error, h, -ahead, room * room, held)
+
+
+def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSample) -> None:
+    """Say at the end of a saturation that nothing exceeds the range, or before, not below it.
+
+    One-sided knowledge is used where the estimate contradicts it.
+    """
+    h = np.zeros(error.size)
+    h[EXCESS] = 1.0
+    if nav.excess * sample.gyro_y < 0.0 or not gyro_saturated(sample):
+        observe(p, error, h, -nav.excess, EXCESS_END * EXCESS_END, True)
+
+
+def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample) -> float:
+    """Let the rate beyond the range change over a window; zero outside saturation."""
+    if not gyro_saturated(sample):
+        forget(p, EXCESS, 0.0)
+        return 0.0
+    keep = math.exp(-time / EXCESS_TIME)
+    p[EXCESS, :] *= keep
+    p[:, EXCESS] *= keep
+    p[EXCESS, EXCESS] += EXCESS_SPREAD * EXCESS_SPREAD * (1.0 - keep * keep)
+    return keep * excess + (1.0 - keep) * math.copysign(EXCESS_MEAN, sample.gyro_y)
+
+
+def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
+    """Return the memory one sample later."""
+    calm = 0.0 if clipped(sample) else aiding.calm + sample.dt
+    return Aiding(calm, aiding.unchecked + sample.dt, aiding.saturated, aiding.wheels)
