@@ -11,7 +11,8 @@ VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
 DASK = ["distributed>=2023.12"]
-TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10", *DASK]
+REPORT = ["allantools>=2024.4", "bokeh>=3.4", "matplotlib>=3.8"]
+TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10", *DASK, *REPORT]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
 HARDWARE = ["smbus2>=0.4.3", "gpiod>=2.1"]
 
@@ -50,6 +51,7 @@ setup(
         "hardware": HARDWARE,
         "import": ["h5py>=3.10"],
         "dask": DASK,
+        "report": REPORT,
         "test": TEST,
         "dev": [*TEST, *LINT, *HARDWARE],
         "colcon": ["colcon-common-extensions", "setuptools<80"],

@@ -1,0 +1,168 @@
+"""`twbr noise BAG...`: spectra, Allan deviation, and how the bias drifts."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress
+from rich.table import Table
+
+from ..bags import read_recording
+from ..errors import ConfigurationError
+from ..noise import GYRO_UNIT, Noise, analyse, as_json
+from ..noise.allan import MARKED_TIMES
+from ..noise.spectra import MOTION_SHARE
+from ..offline import configuration
+from ..report.pictures import noise_picture
+from ..scores import write_json
+from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = subparsers.add_parser(
+        "noise",
+        help="spectra and Allan deviation of the sensors",
+        description="Tell how noisy the sensors are. A recording with a reference gives the "
+        "spectra of the angle's error before and after the correction; a robot at rest gives "
+        "the gyro's spectrum, Allan deviations and the drift of the bias.",
+    )
+    add_recordings(parser)
+    add_settings(parser)
+    add_comparison(parser)
+    parser.add_argument(
+        "--window",
+        type=float,
+        metavar="S",
+        help="average the bias over windows of S seconds; default: a twentieth of the rest",
+    )
+    parser.add_argument("--json", metavar="FILE", help="also write the figures; - for stdout")
+    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="also draw them")
+    parser.add_argument("--overwrite", action="store_true", help="replace an existing picture")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Analyse, print the tables, write JSON and picture."""
+    window = arguments.window
+    if window is not None and not (math.isfinite(window) and window > 0.0):
+        raise ConfigurationError(f"--window {window}: must be above 0 s")
+    if arguments.plot is not None and arguments.plot.exists() and not arguments.overwrite:
+        raise ConfigurationError(f"{arguments.plot}: exists already; --overwrite replaces it")
+    found = _analysed(arguments, window)
+    console = Console(stderr=arguments.json == "-")
+    for noise in found:
+        _print_noise(console, noise)
+    if arguments.json is not None:
+        write_json(arguments.json, {"recordings": [as_json(noise) for noise in found]})
+    if arguments.plot is not None:
+        noise_picture(found, arguments.plot)
+        console.print(f"drawn: {escape(str(arguments.plot))}", highlight=False, soft_wrap=True)
+    return 0
+
+
+def _analysed(arguments: argparse.Namespace, window: float | None) -> list[Noise]:
+    names, options = topic_names(arguments), comparison(arguments)
+    found = []
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("analysing", total=len(arguments.bags))
+        for bag in arguments.bags:
+            progress.update(task, description=f"analysing {escape(str(bag))}")
+            recording = read_recording(bag, names)
+            setup, _ = configuration(bag, recording.dt, arguments.config, arguments.preset)
+            found.append(analyse(recording, setup, window, options))
+            progress.advance(task)
+    return found
+
+
+def _print_noise(console: Console, noise: Noise) -> None:
+    console.print(f"[bold]{escape(noise.source)}[/bold]", highlight=False, soft_wrap=True)
+    document = as_json(noise)
+    if "motion" in document:
+        console.print(_angle_table(document["motion"]))
+    if "rest" in document:
+        console.print(_allan_table(document["rest"]))
+        console.print(_bias_table(document["rest"]))
+    for note in noise.notes:
+        console.print(f"note: {escape(note)}", highlight=False, soft_wrap=True)
+    console.print()
+
+
+def _angle_table(motion: Mapping[str, Any]) -> Table:
+    title = f"error of the angle over {motion['duration_s']:.4g} s; "
+    if motion["band_hz"] > 0.0:
+        power, share = motion["tilt_area_deg2"], 100.0 * MOTION_SHARE
+        title += f"motion {power:.4g} deg², {share:.0f} % below {motion['band_hz']:.3g} Hz"
+    else:
+        title += "nothing moves"
+    headings = (
+        "angle",
+        "area\n[deg²]",
+        "SNR\n[dB]",
+        "in the motion's\nband [deg²]",
+        "follows the\nmotion [%]",
+    )
+    rows = []
+    for name in ("raw", "corrected"):
+        entry = motion[name]
+        share = entry["coherent_share"]
+        percent = None if share is None else 100.0 * share
+        rows.append((name, entry["area_deg2"], entry["snr_db"], entry["in_band_deg2"], percent))
+    return _table(title, headings, rows)
+
+
+def _allan_table(rest: Mapping[str, Any]) -> Table:
+    title = f"Allan deviation over {rest['duration_s']:.4g} s at rest"
+    times = (f"{time:g} s" for time in MARKED_TIMES)
+    headings = (
+        "axis",
+        *times,
+        "random walk\n[unit √s]",
+        "bias\ninstability",
+        "rate walk\n[unit/√s]",
+    )
+    rows = [
+        (
+            f"{axis} [{entry['unit']}]",
+            *entry["deviation"].values(),
+            entry["random_walk"],
+            entry["bias_instability"],
+            entry["rate_random_walk"],
+        )
+        for axis, entry in rest["allan"].items()
+    ]
+    return _table(title, headings, rows)
+
+
+def _bias_table(rest: Mapping[str, Any]) -> Table:
+    drift = rest["drift"]
+    windows = list(zip(*drift["means_deg_s"], strict=True))
+    title = f"gyro bias [{GYRO_UNIT}]; {len(windows[0])} windows of {drift['window_s']:.3g} s"
+    headings = ("axis", "mean", "lowest window", "highest window", "noise area\n[(deg/s)²]")
+    rows = [
+        (axis, mean, min(means), max(means), rest["gyro_area_deg2_s2"][axis])
+        for axis, mean, means in zip("xyz", rest["gyro_bias_deg_s"], windows, strict=True)
+    ]
+    return _table(title, headings, rows)
+
+
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> Table:
+    table = Table(title=escape(title), title_justify="left", box=SIMPLE, padding=0)
+    for index, heading in enumerate(headings):
+        table.add_column(escape(heading), justify="right" if index else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*(escape(_cell(value)) for value in row))
+    return table
+
+
+def _cell(value: float | str | None) -> str:
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:#.3g}"

@@ -1,0 +1,254 @@
+"""The noise of one recording: angle errors while it moves, sensors where it rests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from .. import batch
+from ..errors import RecordingError
+from ..evaluation import Association, Options, errors_of
+from ..pairing import pair
+from ..recording import FloatArray, ImuTrack, Recording
+from ..robot import Calibration, Setup
+from .allan import AllanCurve, allan_curve
+from .rest import Drift, drift, longest_rest
+from .spectra import AngleNoise, Spectrum, angle_noise, band_of, spectrum
+from .uniform import Stretch, uniform_stretch
+
+SHORTEST_REST = 10.0
+"""Rest that serves for an Allan deviation [s]."""
+SHORTEST_MOTION = 5.0
+"""Recording with a reference that serves for spectra of the angle [s]."""
+WINDOWS = 20
+"""Windows for the drift of the bias where no length is given."""
+GYRO_UNIT, ACCEL_UNIT = "deg/s", "m/s^2"
+_NOTEWORTHY_JITTER = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Spectra of the angle's error, before and after the correction."""
+
+    stretch: Stretch
+    tilt: Spectrum
+    """Of the reference [deg^2/Hz]."""
+    band_hz: float
+    """The motion's band ends here."""
+    raw: AngleNoise
+    """Of atan2 of the readings as they are."""
+    corrected: AngleNoise
+    """Of the corrected angle, Laddach 2022 (13)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """The sensors where the robot stands still."""
+
+    stretch: Stretch
+    gyro_spectra: Mapping[str, Spectrum]
+    """By axis [(deg/s)^2/Hz]."""
+    allan: tuple[AllanCurve, ...]
+    """Gyro and accelerometer, x to z."""
+    gyro_drift: Drift
+    """Means over windows [deg/s]."""
+    gyro_bias: FloatArray
+    """Mean over the whole rest [deg/s], (3,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """What one recording tells about noise."""
+
+    source: str
+    motion: Motion | None
+    """None without a reference."""
+    rest: Rest | None
+    """None where the robot does not stand still for long enough."""
+    notes: tuple[str, ...] = field(default=())
+    """What was assumed, and what could not be told."""
+
+
+def analyse(
+    recording: Recording,
+    setup: Setup,
+    window: float | None = None,
+    options: Options | None = None,
+) -> Noise:
+    """Return the noise of a recording.
+
+    Args:
+        recording: IMU, and a reference or a stretch at rest, or both.
+        setup: for the corrected angle.
+        window: for the drift of the bias [s]; by default a twentieth of the rest.
+        options: how the reference is meant.
+
+    Raises:
+        RecordingError: there is neither a reference nor enough rest.
+    """
+    notes: list[str] = []
+    motion = _motion(recording, setup, options or Options(), notes)
+    rest = _rest(recording, window, notes)
+    if motion is None and rest is None:
+        raise RecordingError(f"{recording.source}: nothing to analyse: {'; '.join(notes)}")
+    return Noise(recording.source, motion, rest, tuple(dict.fromkeys(notes)))
+
+
+def motion_of(recording: Recording, setup: Setup, options: Options) -> Motion:
+    """Return the spectra of the angle's error.
+
+    Raises:
+        RecordingError: no reference, or no stretch of it that is long enough.
+    """
+    if recording.reference is None:
+        raise RecordingError("no reference, so no error of the angle")
+    association = Association(recording.reference, options)
+    first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
+    samples = pair(recording.imu, recording.wheels)
+    corrected = batch.correct(samples, setup).field("angle")
+    raw = batch.correct(samples, uncorrected(setup)).field("angle")
+    stamps = recording.imu.stamps
+    error, known, _ = errors_of(stamps, corrected, association, first)
+    raw_error, _, _ = errors_of(stamps, raw, association, first)
+    stretch = uniform_stretch(stamps[known], "samples with a reference", SHORTEST_MOTION)
+    tilt, _ = association.at(stamps)
+    inside = stretch.samples
+    reference = np.degrees(tilt[known][inside])
+    moved = spectrum(reference, stretch.period)
+    return Motion(
+        stretch,
+        moved,
+        band_of(moved),
+        angle_noise(np.degrees(raw_error[inside]), reference, stretch.period),
+        angle_noise(np.degrees(error[inside]), reference, stretch.period),
+    )
+
+
+def uncorrected(setup: Setup) -> Setup:
+    """Return a setup whose angle is plainly that of the readings."""
+    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False)
+    return Setup(setup.robot, Calibration(), still)
+
+
+def _motion(
+    recording: Recording, setup: Setup, options: Options, notes: list[str]
+) -> Motion | None:
+    try:
+        motion = motion_of(recording, setup, options)
+    except RecordingError as error:
+        notes.append(str(error))
+        return None
+    notes += _assumptions("spectra of the angle", motion.stretch)
+    return motion
+
+
+def _rest(recording: Recording, window: float | None, notes: list[str]) -> Rest | None:
+    imu = recording.imu
+    still = longest_rest(imu, recording.dt)
+    lasted = (still.stop - still.start) * recording.dt
+    if lasted < SHORTEST_REST:
+        notes.append(
+            f"the longest rest lasts {lasted:.3g} s; Allan deviation and bias need "
+            f"{SHORTEST_REST:g} s"
+        )
+        return None
+    try:
+        stretch = uniform_stretch(imu.stamps[still], "samples at rest", SHORTEST_REST)
+    except RecordingError as error:
+        notes.append(str(error))
+        return None
+    notes += _assumptions("figures at rest", stretch)
+    inside = slice(still.start + stretch.first, still.start + stretch.last)
+    return rest_of(imu, inside, stretch, window or stretch.duration / WINDOWS)
+
+
+def rest_of(imu: ImuTrack, inside: slice, stretch: Stretch, window: float) -> Rest:
+    """Return the figures of equidistant samples at rest, averaged over windows [s]."""
+    gyro, accel, period = np.degrees(imu.gyro[inside]), imu.accel[inside], stretch.period
+    curves = [
+        allan_curve(values[:, index], period, f"{sensor} {axis}", unit)
+        for sensor, values, unit in (("gyro", gyro, GYRO_UNIT), ("accel", accel, ACCEL_UNIT))
+        for index, axis in enumerate("xyz")
+    ]
+    return Rest(
+        stretch,
+        {axis: spectrum(gyro[:, index], period) for index, axis in enumerate("xyz")},
+        tuple(curves),
+        drift(gyro, period, window),
+        gyro.mean(axis=0),
+    )
+
+
+def _assumptions(what: str, stretch: Stretch) -> list[str]:
+    found = []
+    if stretch.left_out:
+        found.append(
+            f"{what}: the longest stretch without a gap was used, "
+            f"{stretch.duration:.3g} s; {stretch.left_out} samples left out"
+        )
+    if stretch.jitter > _NOTEWORTHY_JITTER * stretch.period:
+        found.append(
+            f"{what}: samples taken as equidistant at {1e3 * stretch.period:.4g} ms; their stamps "
+            f"jitter by {1e3 * stretch.jitter:.3g} ms"
+        )
+    return found
+
+
+def as_json(noise: Noise) -> dict[str, Any]:
+    """Return the figures as plain data, spectra by their areas."""
+    result: dict[str, Any] = {"source": noise.source, "notes": list(noise.notes)}
+    if noise.motion is not None:
+        result["motion"] = {
+            **_stretch(noise.motion.stretch),
+            "tilt_area_deg2": noise.motion.tilt.area(),
+            "band_hz": noise.motion.band_hz,
+            "raw": _angle(noise.motion.raw),
+            "corrected": _angle(noise.motion.corrected),
+        }
+    if noise.rest is not None:
+        result["rest"] = _rest_json(noise.rest)
+    return result
+
+
+def _rest_json(rest: Rest) -> dict[str, Any]:
+    return {
+        **_stretch(rest.stretch),
+        "gyro_bias_deg_s": rest.gyro_bias.tolist(),
+        "gyro_area_deg2_s2": {axis: entry.area() for axis, entry in rest.gyro_spectra.items()},
+        "allan": {
+            curve.axis: {
+                "unit": curve.unit,
+                "deviation": curve.marked(),
+                "random_walk": curve.random_walk,
+                "bias_instability": curve.bias_instability,
+                "rate_random_walk": curve.rate_random_walk,
+            }
+            for curve in rest.allan
+        },
+        "drift": {
+            "window_s": rest.gyro_drift.window,
+            "means_deg_s": rest.gyro_drift.means.tolist(),
+            "spread_deg_s": rest.gyro_drift.spread.tolist(),
+        },
+    }
+
+
+def _stretch(stretch: Stretch) -> dict[str, float]:
+    return {
+        "duration_s": stretch.duration,
+        "period_s": stretch.period,
+        "jitter_s": stretch.jitter,
+        "left_out": stretch.left_out,
+    }
+
+
+def _angle(noise: AngleNoise) -> dict[str, float | None]:
+    return {
+        "area_deg2": noise.area_deg2,
+        "snr_db": noise.snr_db,
+        "in_band_deg2": noise.in_band_deg2,
+        "coherent_share": noise.coherent_share,
+    }

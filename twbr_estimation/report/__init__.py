@@ -1,0 +1,1 @@
+"""What a recording tells, for people: an HTML page, and pictures for slides."""

@@ -1,0 +1,118 @@
+"""Pictures for slides, drawn by matplotlib without a screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import ConfigurationError
+from ..noise import GYRO_UNIT, Noise
+from .palette import AXES, ERROR_COLOURS, MOTION
+
+
+def canvas(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
+    """Return a figure of `size` [inch] and its axes, (rows, columns).
+
+    Raises:
+        ConfigurationError: matplotlib is missing.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise ConfigurationError(
+            "pictures need matplotlib: pip install 'twbr_estimation[report]'"
+        ) from error
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write a figure as PNG.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    try:
+        figure.savefig(path, format="png", dpi=150)
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def noise_picture(found: Sequence[Noise], path: Path) -> None:
+    """Draw spectra, Allan deviations and bias, a row for each recording.
+
+    Raises:
+        ConfigurationError: matplotlib is missing, or the file cannot be written.
+    """
+    panels = [(noise, _panels(noise)) for noise in found]
+    widest = max(len(row) for _, row in panels)
+    figure, axes = canvas(len(found), widest, (5.5 * widest, 4.2 * len(found)))
+    for row, (noise, drawers) in zip(axes, panels, strict=True):
+        for cell in row[len(drawers) :]:
+            cell.set_axis_off()
+        for cell, draw in zip(row, drawers, strict=False):
+            draw(cell, noise)
+            cell.grid(True, which="major", alpha=0.3)
+            cell.legend(fontsize="small")
+        row[0].set_title(noise.source, loc="left", fontsize="small", parse_math=False)
+    save(figure, path)
+
+
+Drawer = Callable[[Any, Noise], None]
+
+
+def _panels(noise: Noise) -> list[Drawer]:
+    panels: list[Drawer] = []
+    if noise.motion is not None:
+        panels.append(_draw_angle)
+    if noise.rest is not None:
+        panels += [_draw_gyro, _draw_allan, _draw_bias]
+    return panels
+
+
+def _draw_angle(axes: Any, noise: Noise) -> None:
+    motion = noise.motion
+    assert motion is not None
+    curves = [
+        ("raw angle error", motion.raw.spectrum, ERROR_COLOURS[0]),
+        ("corrected angle error", motion.corrected.spectrum, ERROR_COLOURS[1]),
+    ]
+    if motion.band_hz > 0.0:
+        curves.append(("tilt", motion.tilt, MOTION))
+    for label, entry, colour in curves:
+        axes.loglog(entry.frequency[1:], entry.density[1:], color=colour, label=label)
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel("power density [deg²/Hz]")
+
+
+def _draw_gyro(axes: Any, noise: Noise) -> None:
+    assert noise.rest is not None
+    for axis, colour in zip("xyz", AXES, strict=True):
+        entry = noise.rest.gyro_spectra[axis]
+        axes.loglog(entry.frequency[1:], entry.density[1:], color=colour, label=f"gyro {axis}")
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel("power density at rest [(deg/s)²/Hz]")
+
+
+def _draw_allan(axes: Any, noise: Noise) -> None:
+    assert noise.rest is not None
+    curves = [curve for curve in noise.rest.allan if curve.unit == GYRO_UNIT]
+    for curve, colour in zip(curves, AXES, strict=True):
+        axes.loglog(curve.time, curve.deviation, color=colour, label=curve.axis)
+    axes.set_xlabel("averaging time [s]")
+    axes.set_ylabel(f"Allan deviation [{GYRO_UNIT}]")
+
+
+def _draw_bias(axes: Any, noise: Noise) -> None:
+    assert noise.rest is not None
+    drift = noise.rest.gyro_drift
+    for index, (axis, colour) in enumerate(zip("xyz", AXES, strict=True)):
+        moved = drift.means[:, index] - np.mean(drift.means[:, index])
+        axes.plot(drift.times, moved, color=colour, marker=".", label=f"gyro {axis}")
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"bias minus its mean [{GYRO_UNIT}]")
