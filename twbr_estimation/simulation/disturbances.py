@@ -83,16 +83,16 @@ def disturb(world: World, steps: int, seed: int) -> Disturbances:
     target, target_speed = _tasks(stream(seed, "target"), steps)
     return Disturbances(
         push=world.push_factor
-        * _half_sines(stream(seed, "push"), steps, PUSH_RATE, PUSH_SECONDS)
+        * half_sines(stream(seed, "push"), steps, PUSH_RATE, PUSH_SECONDS)
         * PUSH_FORCE,
         slope=rough * _slope(stream(seed, "slope"), steps),
         hit=_events(stream(seed, "hit"), steps, HIT_RATE if world.impacts else 0.0),
-        target=world.push_factor * _smoothed(target, world.command_smoothing),
-        target_speed=world.push_factor * _smoothed(target_speed, world.command_smoothing),
+        target=world.push_factor * smoothed(target, world.command_smoothing),
+        target_speed=world.push_factor * smoothed(target_speed, world.command_smoothing),
         bump=rough * _bumps(stream(seed, "bump"), steps),
         vibration=rough * _vibration(stream(seed, "vibration"), steps),
         slip=SLIP_SPEED
-        * _half_sines(stream(seed, "slip"), steps, world.slips_per_second, SLIP_SECONDS),
+        * half_sines(stream(seed, "slip"), steps, world.slips_per_second, SLIP_SECONDS),
     )
 
 
@@ -107,7 +107,7 @@ def gyro_drift(world: World, samples: int, dt: float, seed: int) -> FloatArray:
     return np.asarray(math.radians(world.gyro_drift_deg) * drift, dtype=np.float64)
 
 
-def _half_sines(
+def half_sines(
     random: np.random.Generator, steps: int, rate: float, seconds: tuple[float, float]
 ) -> FloatArray:
     """Return half sines of random length, sign and height, `WEAKEST` to 1."""
@@ -168,7 +168,7 @@ def _tasks(random: np.random.Generator, steps: int) -> tuple[FloatArray, FloatAr
     return position, speed
 
 
-def _smoothed(command: FloatArray, seconds: float) -> FloatArray:
+def smoothed(command: FloatArray, seconds: float) -> FloatArray:
     """Return the command averaged twice over the past `seconds`, which takes its corners."""
     window = round(seconds / STEP)
     for _ in range(2 if window > 1 else 0):

@@ -10,11 +10,12 @@ import numpy as np
 from ..compilation import compiled, source_version
 from ..plant import PlantParameters
 from ..recording import FloatArray
-from ..sensors.error_model import ImuErrors, read
+from ..sensors.error_model import ImuErrors, low_passed, read
 from .balance import BalanceGains
 from .disturbances import STEP, Disturbances
 from .rig import Inputs, RigState, loads, motion_of, next_voltage, step
 from .sensing import Motion, Mount, at_rest, sense
+from .spatial import Felt
 
 _SOURCES = ("samples.py", "plant.py", "sensors/error_model.py", "simulation/*.py")
 
@@ -68,6 +69,20 @@ def measure(
     return readings
 
 
+def measure_felt(
+    felt: Felt, mount: Mount, errors: ImuErrors, drift: FloatArray, noise: FloatArray, every: int
+) -> FloatArray:
+    """Read the IMU at every `every`-th step of what it feels, n steps in its own axes.
+
+    The other arguments and the result are those of `measure`.
+    """
+    readings = np.empty_like(noise)
+    inputs = np.column_stack([felt.rate, felt.force])
+    lags = (mount.gyro_lag, mount.accel_lag)
+    _measure_felt_kernel()(inputs, lags, errors, drift, noise, every, readings)
+    return readings
+
+
 @lru_cache(maxsize=1)
 def _drive_kernel() -> Any:
     def run(
@@ -114,3 +129,27 @@ def _measure_kernel() -> Any:
                     readings[k, column] = reading[column]
 
     return compiled(run, source_version(_SOURCES), at_rest, sense, read)
+
+
+@lru_cache(maxsize=1)
+def _measure_felt_kernel() -> Any:
+    def run(
+        inputs: Any, lags: Any, errors: Any, drift: Any, noise: Any, every: int, readings: Any
+    ) -> None:
+        sensed = inputs[0].copy()
+        for i in range(inputs.shape[0]):
+            for column in range(6):
+                lag = lags[0] if column < 3 else lags[1]
+                sensed[column] = low_passed(sensed[column], inputs[i, column], STEP, lag)
+            k = i // every
+            if i % every == 0 and k < readings.shape[0]:
+                rate = (sensed[0], sensed[1], sensed[2])
+                force = (sensed[3], sensed[4], sensed[5])
+                wander = (drift[k, 0], drift[k, 1], drift[k, 2])
+                z = noise[k]
+                white = (z[0], z[1], z[2], z[3], z[4], z[5])
+                reading = read(rate, force, wander, white, errors)
+                for column in range(6):
+                    readings[k, column] = reading[column]
+
+    return compiled(run, source_version(_SOURCES), low_passed, read)

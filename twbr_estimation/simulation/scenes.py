@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from .balance import balance_gains
 from .disturbances import STEP, disturb
 from .loops import drive
 from .sensing import Motion
+from .turning import Turning, turning
 from .worlds import World
 
 POSE_LIMIT = math.radians(80.0)
@@ -29,13 +31,18 @@ class Performed(NamedTuple):
     motion: FloatArray
     """(n, 8) with the fields of `Motion`."""
     falls: int
+    turning: Turning | None = None
+    """What is added to the planar motion, in a world with turns."""
 
 
 def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
     period = world.control_period
     gains = balance_gains(plant, period)
-    motion, falls = drive(disturb(world, steps, seed), plant, gains, period)
-    return Performed(motion, falls)
+    disturbances = disturb(world, steps, seed)
+    if world.track_width == 0.0:
+        return Performed(*drive(disturbances, plant, gains, period))
+    disturbances = replace(disturbances, slip=np.zeros(steps))  # each wheel slips by itself
+    return Performed(*drive(disturbances, plant, gains, period), turning(world, steps, seed))
 
 
 def _still(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:

@@ -154,13 +154,19 @@ def imu_errors(world: World, calibration: Calibration, seed: int) -> ImuErrors:
     )
 
 
-def quantised(angle: FloatArray, counts_per_turn: int, zero: float) -> FloatArray:
+def gyro_cross(world: World, seed: int) -> FloatArray:
+    """Return the share of each other axis that a gyro axis feels, (3, 3); signs by seed."""
+    signs = stream(seed, "gyro cross").choice([-1.0, 1.0], (3, 3))
+    return np.asarray(world.gyro_cross_axis * signs * (1.0 - np.eye(3)), dtype=np.float64)
+
+
+def quantised(angle: FloatArray, counts_per_turn: int, zero: float | FloatArray) -> FloatArray:
     """Return angles [rad] as an encoder counts them from its first reading.
 
     Args:
-        angle: true angles [rad], (n,).
+        angle: true angles [rad], (n,) or (n, w).
         counts_per_turn: counts of one turn.
-        zero: where within a count the encoder starts, 0 to 1.
+        zero: where within a count the encoder starts, 0 to 1; one number or (w,).
     """
     counts = np.floor(angle * (counts_per_turn / (2.0 * math.pi)) + zero)
     return np.asarray(counts * (2.0 * math.pi / counts_per_turn), dtype=np.float64)

@@ -12,9 +12,11 @@ from ..plant import PlantParameters
 from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
-from .loops import measure
+from .loops import measure, measure_felt
 from .scenes import SCENES, Performed
-from .sensing import Motion, imu_errors, mount_of, quantised
+from .sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
+from .spatial import felt, in_sensor_axes, wheel_angles
+from .turning import straight
 from .worlds import World, world_named
 
 WHEEL_COUNTS = 1320
@@ -90,13 +92,17 @@ def _sampling(dt: float, duration: float) -> tuple[int, int]:
 
 def _setups(world: World, seed: int) -> tuple[Setup, Setup]:
     """Return the setup the estimator is told, and the true one; signs vary by seed."""
-    signs = stream(seed, "geometry").choice([-1.0, 1.0], 3).tolist()
-    told = Robot()
+    signs = stream(seed, "geometry").choice([-1.0, 1.0], 4).tolist()
+    told = Robot(track_width=world.track_width)
     arm = told.lever_arm
     true = replace(
         told,
         wheel_radius=told.wheel_radius * (1.0 + signs[0] * world.wheel_radius_error),
-        lever_arm=(arm[0], arm[1], arm[2] + signs[1] * world.lever_arm_error),
+        lever_arm=(
+            arm[0],
+            arm[1] + signs[3] * world.lateral_arm_error,
+            arm[2] + signs[1] * world.lever_arm_error,
+        ),
         mounting=(0.0, signs[2] * math.radians(world.mounting_error_deg), 0.0),
     )
     inverse = 1.0 / (1.0 + world.gyro_scale_error)
@@ -112,7 +118,13 @@ def _imu(
     drift = gyro_drift(world, samples, every * STEP, seed)
     errors = imu_errors(world, world.calibration, seed)
     mount = mount_of(true.robot, world)
-    readings = measure(performed.motion, mount, errors, drift, noise, every)
+    if world.track_width == 0.0:
+        readings = measure(performed.motion, mount, errors, drift, noise, every)
+    else:
+        turns = performed.turning or straight(performed.motion.shape[0])
+        body = felt(performed.motion, turns, true.robot.lever_arm)
+        sensor = in_sensor_axes(body, true.robot.rotation(), gyro_cross(world, seed))
+        readings = measure_felt(sensor, mount, errors, drift, noise, every)
     return ImuTrack(_stamps(samples, every), readings[:, :3].copy(), readings[:, 3:].copy())
 
 
@@ -132,18 +144,26 @@ def _recording(
     """Return the IMU together with encoders and truth at the same stamps."""
     sampled = performed.motion[::every]
     tilt = sampled[:, 1].copy()
-    travel = sampled[:, Motion._fields.index("wheel_travel")]
-    wheel = travel / robot.wheel_radius - tilt
+    wheels = _wheels(performed, robot)[::every]
     reference = tilt
     if world.digital:
-        zeros = stream(seed, "encoders").uniform(0.0, 1.0)
-        wheel = quantised(wheel, WHEEL_COUNTS, zeros)
+        zeros = stream(seed, "encoders").uniform(0.0, 1.0, wheels.shape[1])
+        wheels = quantised(wheels, WHEEL_COUNTS, zeros)
         reference = quantised(tilt, REFERENCE_COUNTS, 0.5)
-    angle: FloatArray = wheel[:, None]
     return Recording(
         source=source,
         imu=imu,
-        wheels=WheelTrack(imu.stamps, angle),
+        wheels=WheelTrack(imu.stamps, wheels),
         reference=TiltTrack(imu.stamps, reference),
         truth=TiltTrack(imu.stamps, tilt, sampled[:, 2].copy()),
     )
+
+
+def _wheels(performed: Performed, robot: Robot) -> FloatArray:
+    """Return the true angles of the wheels against the body, one row a step: (n, 1) or (n, 2)."""
+    motion = performed.motion
+    if robot.track_width > 0.0:
+        return wheel_angles(motion, performed.turning or straight(motion.shape[0]), robot)
+    travel = motion[:, Motion._fields.index("wheel_travel")]
+    angle: FloatArray = (travel / robot.wheel_radius - motion[:, 1])[:, None]
+    return angle

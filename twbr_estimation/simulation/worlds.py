@@ -68,6 +68,17 @@ class World:
     """Factor on pushes and commanded motion."""
     command_smoothing: float = 0.0
     """Time over which commands are averaged [s]; 0 lets them jump."""
+    track_width: float = 0.0
+    """Distance between the wheels, whose encoders are then two, and the robot turns and rolls
+    [m]; 0 for one encoder and a drive in a plane."""
+    yaw_rate: float = 0.0
+    """Fastest turn [rad/s]."""
+    roll_deg: float = 0.0
+    """Steepest side slope, and highest bump under one wheel [deg]."""
+    lateral_arm_error: float = 0.0
+    """How far the IMU is off the middle, to either side, untold [m]."""
+    gyro_cross_axis: float = 0.0
+    """Modulus of the share of each other axis that a gyro axis feels."""
     control_period: float = 0.005
     """Period of the balance controller, and the delay of its output [s]."""
 
@@ -108,9 +119,19 @@ W3 = replace(
     summary="W2 with a calibration residual of 0.165 m/s^2",
     calibration_residual=0.165,
 )
+W4 = replace(
+    W2,
+    name="W4",
+    summary="W2 with turns, side slopes, bumps under one wheel and two wheel encoders",
+    track_width=0.16,
+    yaw_rate=3.0,
+    roll_deg=5.0,
+    lateral_arm_error=0.01,
+    gyro_cross_axis=0.005,
+)
 
 WORLDS: Mapping[str, World] = MappingProxyType(
-    {world.name: world for world in (IDEAL, PAPER, W1, W2, W3)}
+    {world.name: world for world in (IDEAL, PAPER, W1, W2, W3, W4)}
 )
 """Every world by name."""
 
