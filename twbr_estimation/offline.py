@@ -15,7 +15,7 @@ from .errors import ConfigurationError
 from .evaluation import Options, RecordingScore, score_recording
 from .filters import filter_named, filters
 from .presets import preset
-from .recording import Recording, TiltTrack
+from .recording import FloatArray, Recording, TiltTrack
 from .robot import CorrectionSettings, Setup
 from .settings import Settings
 from .yaml_files import read_settings, read_setup
@@ -93,13 +93,35 @@ def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:
     return replace(setup, correction=replace(setup.correction, **switches))
 
 
-def evaluate(path: Path, request: Request) -> RecordingScore:
-    """Run the requested filters on a recording and score them against its reference.
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A recording with all that was run on it, and with what settings."""
+
+    recording: Recording
+    setup: Setup
+    settings: Settings
+    values: Mapping[str, Mapping[str, float]]
+    """Parameter values in force by filter; missing ones are the filter's defaults."""
+    tracks: Mapping[str, TiltTrack]
+    """Tilt by name of the filter or of the recording's own estimator."""
+    warnings: tuple[str, ...]
+    score: RecordingScore | None
+    """None where the recording has no reference."""
+
+
+def run(path: Path, request: Request, *, reference: bool = True) -> Run:
+    """Run the requested filters on a recording and score them where there is a reference.
+
+    Args:
+        path: the recording.
+        request: what to run.
+        reference: whether the recording must have a reference.
 
     Raises:
         TwbrError: the recording or the configuration cannot be used.
     """
-    recording = read_recording(path, request.topics, request.estimators, required=("reference",))
+    required = ("reference",) if reference else ()
+    recording = read_recording(path, request.topics, request.estimators, required)
     setup, settings = configuration(path, recording.dt, request.config, request.preset)
     if request.terms is not None:
         setup = with_terms(setup, request.terms)
@@ -110,8 +132,22 @@ def evaluate(path: Path, request: Request) -> RecordingScore:
     runs = batch.estimate_recording(recording, setup, values)
     tracks = {name: TiltTrack(run.stamps, run.tilt) for name, run in runs.items()}
     tracks.update(recording.estimators)
-    warnings = [*warnings_for(recording, setup, settings, values)]
-    return score_recording(recording, tracks, request.options, warnings)
+    warnings = warnings_for(recording, setup, settings, values)
+    score = None
+    if recording.reference is not None:
+        score = score_recording(recording, tracks, request.options, warnings)
+    return Run(recording, setup, settings, values, tracks, warnings, score)
+
+
+def evaluate(path: Path, request: Request) -> RecordingScore:
+    """Run the requested filters on a recording and score them against its reference.
+
+    Raises:
+        TwbrError: the recording or the configuration cannot be used.
+    """
+    score = run(path, request).score
+    assert score is not None  # the reference was required
+    return score
 
 
 def warnings_for(
@@ -149,7 +185,12 @@ def _saturation_warnings(recording: Recording, setup: Setup) -> list[str]:
         ("gyro", imu.gyro, robot.gyro_range),
         ("accelerometer", imu.accel, robot.accel_range),
     ):
-        share = float(np.mean(np.any(np.abs(values) >= SATURATION_MARGIN * limit, axis=1)))
+        share = saturated_share(values, limit)
         if share > NOTEWORTHY_SATURATION:
             found.append(f"{name}: {100 * share:.2f} % of the samples are saturated")
     return found
+
+
+def saturated_share(values: FloatArray, limit: float) -> float:
+    """Return the share of readings (n, 3) with an axis at full scale."""
+    return float(np.mean(np.any(np.abs(values) >= SATURATION_MARGIN * limit, axis=1)))
