@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 from ..errors import TwbrError
 from ..robot import Calibration, Setup
 from ..samples import Sample
-from ..streams.stillness import StillnessSettings, still_calibration
+from ..calibration.stillness import StillnessSettings, still_calibration
 from ..yaml_files import read_setup, write_section
 from .declarations import declarations_of, settings_from
 from .parameters import NodeParameters

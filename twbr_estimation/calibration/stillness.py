@@ -1,0 +1,182 @@
+"""Biases of a robot that stands still, and the judgement whether it did.
+
+The gyro bias is the mean rate at rest, Laddach 2022 (8). An accelerometer bias can be told
+from a tilt only if the tilt is known, so a live robot estimates it on request.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+
+from ..bounds import Bounds, require_bounds
+from ..errors import ConfigurationError, MotionError
+from ..recording import FloatArray
+from ..robot import Calibration, Robot
+from ..samples import STANDARD_GRAVITY, Sample
+from ..sensors.error_model import scale_error, unscaled
+
+BLOCK = 0.1
+"""Readings are averaged over this time [s] before they are searched for motion."""
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class StillnessLimits:
+    """What counts as still."""
+
+    rate_limit: Annotated[
+        float, Bounds(1e-4, 1.0, "rad/s", "Rate away from the mean that counts as motion")
+    ] = 0.02
+    accel_limit: Annotated[
+        float, Bounds(1e-3, 5.0, "m/s^2", "Acceleration away from the mean that counts as motion")
+    ] = 0.2
+    wheel_limit: Annotated[
+        float, Bounds(1e-4, 1.0, "rad", "Turn of the wheels that counts as motion")
+    ] = 0.02
+    bias_limit: Annotated[
+        float,
+        Bounds(1e-3, 2.0, "rad/s", "Mean rate no gyro at rest shows; +-20 deg/s for an MPU6050"),
+    ] = math.radians(25.0)
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+
+
+@dataclass(frozen=True, slots=True)
+class StillnessSettings(StillnessLimits):
+    """How long a robot must stand still, what counts as still, and what is estimated."""
+
+    duration: Annotated[float, Bounds(0.5, 60.0, "s", "Time the biases are averaged over")] = 2.0
+    accelerometer: bool = False
+    """Whether the accelerometer's biases are estimated, too; needs a known tilt."""
+    tilt: Annotated[
+        float, Bounds(-math.pi, math.pi, "rad", "The robot's tilt while it stands still")
+    ] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """The strongest motion among readings that should be at rest."""
+
+    age: float
+    """When, before the last reading [s]."""
+    share: float
+    """Share of the readings that moved, 0 to 1."""
+    size: str
+    """How much, and the limit, as text."""
+
+
+def still_calibration(
+    samples: Sequence[Sample],
+    calibration: Calibration,
+    robot: Robot,
+    settings: StillnessSettings,
+) -> Calibration:
+    """Return the calibration with the biases these samples show.
+
+    Args:
+        samples: Raw readings, oldest first; the latest `settings.duration` seconds count.
+        calibration: Everything that stays, such as the scale polynomials.
+        robot: Mounting of the sensor.
+        settings: What counts as still.
+
+    Raises:
+        ConfigurationError: the samples do not cover the duration.
+        MotionError: the robot moved; the message says when and how much.
+    """
+    rows = np.array(samples, dtype=np.float64).reshape(-1, len(Sample._fields))
+    rows = _latest(rows, settings.duration)
+    ages = float(rows[1:, 0].sum()) - np.concatenate([[0.0], np.cumsum(rows[1:, 0])])
+    wheel = rows[:, 7:8] if (rows[:, 9] > 0.0).all() else None
+    movement = movement_in(ages, rows[:, 1:4], rows[:, 4:7], wheel, settings)
+    if movement is not None:
+        raise MotionError(f"the robot moved {movement.age:.1f} s ago: {movement.size}")
+    gyro_bias = rows[:, 1:4].mean(axis=0)
+    calibrated = replace(calibration, gyro_bias=tuple(gyro_bias.tolist()))
+    if not settings.accelerometer:
+        return calibrated
+    bias = accel_bias(rows[:, 4:7].mean(axis=0), settings.tilt, calibrated, robot)
+    return replace(calibrated, accel_bias=bias)
+
+
+def accel_bias(
+    reading: FloatArray, tilt: float, calibration: Calibration, robot: Robot
+) -> Triple:
+    """Return the accelerometer biases [m/s^2] that explain mean readings at a known tilt.
+
+    Args:
+        reading: mean specific force as the device reports it, (3,).
+        tilt: the robot's tilt [rad].
+        calibration: its scale polynomials, which are inverted (Laddach 2022 (11)).
+        robot: mounting of the sensor.
+    """
+    force = specific_force(tilt, robot)
+    x, y, z = (
+        float(reading[axis]) - unscaled(float(force[axis]), scale_error(calibration, "xyz"[axis]))
+        for axis in range(3)
+    )
+    return x, y, z
+
+
+def specific_force(tilt: float, robot: Robot) -> FloatArray:
+    """Return what an ideal accelerometer at rest reads in sensor axes [m/s^2], (3,)."""
+    body = STANDARD_GRAVITY * np.array([-math.sin(tilt), 0.0, math.cos(tilt)])
+    force: FloatArray = robot.rotation().T @ body
+    return force
+
+
+def _latest(rows: FloatArray, duration: float) -> FloatArray:
+    """Return the rows of the last `duration` seconds; needs that much without a gap."""
+    gaps = np.flatnonzero(rows[:, 0] > BLOCK)
+    rows = rows[gaps[-1] :] if gaps.size else rows
+    ages = np.concatenate([np.cumsum(rows[:0:-1, 0])[::-1], [0.0]]) if len(rows) else rows[:, 0]
+    if len(rows) < 2 or ages[0] < 0.98 * duration:
+        covered = float(ages[0]) if len(rows) else 0.0
+        raise ConfigurationError(
+            f"only {covered:.2f} s of readings, {duration:g} s are needed; try again later"
+        )
+    return rows[ages <= duration]
+
+
+def movement_in(
+    ages: FloatArray,
+    gyro: FloatArray,
+    accel: FloatArray,
+    wheel: FloatArray | None,
+    limits: StillnessLimits,
+) -> Movement | None:
+    """Return the strongest motion that breaks a limit, or None for a robot at rest.
+
+    Args:
+        ages: time before the last reading [s], (n,), falling.
+        gyro: rates [rad/s], (n, 3).
+        accel: specific force [m/s^2], (n, 3).
+        wheel: wheel angles [rad], (n, w), where known.
+        limits: what counts as still.
+    """
+    _, members = np.unique(np.floor(ages / BLOCK).astype(np.int64), return_inverse=True)
+    weights = np.bincount(members)
+    centres = np.bincount(members, ages) / weights
+    signals = [
+        ("rate", gyro, limits.rate_limit, "rad/s"),
+        ("acceleration", accel, limits.accel_limit, "m/s^2"),
+    ]
+    if wheel is not None:
+        signals.append(("wheel angle", wheel, limits.wheel_limit, "rad"))
+    for what, values, limit, unit in signals:
+        means = np.stack([np.bincount(members, column) / weights for column in values.T], axis=1)
+        away = np.linalg.norm(means - np.median(means, axis=0), axis=1)
+        worst = int(np.argmax(away))
+        if away[worst] > limit:
+            size = f"{what} {away[worst]:.3g} {unit} away from the rest, limit {limit:g}"
+            return Movement(float(centres[worst]), float(np.mean(away > limit)), size)
+    turning = float(np.linalg.norm(gyro.mean(axis=0)))
+    if turning > limits.bias_limit:
+        size = f"it turns, mean rate {turning:.3g} rad/s, limit {limits.bias_limit:.3g}"
+        return Movement(float(ages[0]), 1.0, size)
+    return None
