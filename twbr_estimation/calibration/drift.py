@@ -48,7 +48,9 @@ def standard_errors(values: FloatArray, dt: float, usual_drift: float) -> FloatA
     means = values[: count * size].reshape(count, size, -1).mean(axis=1)
     noise = np.square(white_deviation(values)) / size
     pairs = zip(means.T, noise, strict=True)
-    errors = [_standard_error(column, float(white), size * dt, usual_drift) for column, white in pairs]
+    errors = [
+        _standard_error(column, float(white), size * dt, usual_drift) for column, white in pairs
+    ]
     return np.array(errors)
 
 

@@ -104,9 +104,7 @@ def still_calibration(
     return replace(calibrated, accel_bias=bias)
 
 
-def accel_bias(
-    reading: FloatArray, tilt: float, calibration: Calibration, robot: Robot
-) -> Triple:
+def accel_bias(reading: FloatArray, tilt: float, calibration: Calibration, robot: Robot) -> Triple:
     """Return the accelerometer biases [m/s^2] that explain mean readings at a known tilt.
 
     Args:

@@ -13,9 +13,9 @@ from ..evaluation import Options
 from ..offline import TERMS, Request
 
 
-def add_recordings(parser: argparse.ArgumentParser) -> None:
-    """Add the recordings themselves and the names of their topics and joints."""
-    parser.add_argument("bags", nargs="+", type=Path, metavar="BAG", help="recordings")
+def add_recordings(parser: argparse.ArgumentParser, count: int | str = "+") -> None:
+    """Add `count` recordings (one or more) and the names of their topics and joints."""
+    parser.add_argument("bags", nargs=count, type=Path, metavar="BAG", help="recordings")
     group = parser.add_argument_group("names in the recordings")
     defaults = TopicNames()
     for role, flag in ROLES.items():

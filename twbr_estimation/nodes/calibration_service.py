@@ -12,10 +12,10 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from ..calibration.stillness import StillnessSettings, still_calibration
 from ..errors import TwbrError
 from ..robot import Calibration, Setup
 from ..samples import Sample
-from ..calibration.stillness import StillnessSettings, still_calibration
 from ..yaml_files import read_setup, write_section
 from .declarations import declarations_of, settings_from
 from .parameters import NodeParameters

@@ -1,0 +1,173 @@
+"""`twbr calibrate still|poses BAG`: the robot's own constants from recordings."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ..bags import read_recording
+from ..calibration.findings import Finding, Findings, poses_findings, still_findings
+from ..calibration.poses import calibrate_poses
+from ..calibration.still import StillOptions, calibrate_still
+from ..calibration_files import save
+from ..errors import ConfigurationError
+from ..offline import CONFIG_FOLDER
+from ..recording import Recording
+from ..robot import Setup
+from ..scores import write_json
+from ..yaml_files import FILES, read_setup
+from .arguments import add_recordings, topic_names
+
+Calibrate = Callable[[Sequence[Recording], Setup, argparse.Namespace], Findings]
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the verb, its own verbs and their arguments."""
+    parser = subparsers.add_parser(
+        "calibrate",
+        help="biases, scale errors and geometry of the robot from recordings",
+        description="Estimate what the configuration files hold, each with its standard error.",
+    )
+    kinds = parser.add_subparsers(title="what to calibrate", metavar="KIND", required=True)
+    still = _add_kind(kinds, "still", "biases and noise from a robot at rest", _still)
+    still.add_argument(
+        "--tilt", type=float, metavar="DEG", help="tilt of the robot; default: the reference, or 0"
+    )
+    still.add_argument(
+        "--tilt-uncertainty",
+        type=float,
+        default=0.1,
+        metavar="DEG",
+        help="how well that and the mounting are known; default: %(default)s",
+    )
+    still.add_argument(
+        "--window", type=float, metavar="S", help="length of the windows the drift is shown over"
+    )
+    _add_kind(kinds, "poses", "accelerometer scale from a robot held at angles", _poses)
+
+
+def _add_kind(
+    kinds: Any, name: str, summary: str, calibrate: Calibrate, count: int | str = 1
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = kinds.add_parser(name, help=summary, description=summary)
+    add_recordings(parser, count)
+    group = parser.add_argument_group("configuration")
+    group.add_argument(
+        "--config",
+        type=Path,
+        metavar="DIR",
+        help="folder to start from; default: the output folder, else the one in the recording",
+    )
+    group.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write")
+    group.add_argument("--replace", action="store_true", help="replace files that exist")
+    parser.add_argument("--json", metavar="FILE", help="also write the figures; - for stdout")
+    parser.set_defaults(run=run, kind=name, calibrate=calibrate)
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Calibrate, print what was found, and write it."""
+    console = Console(stderr=arguments.json == "-")
+    start = _start(arguments)
+    setup = Setup() if start is None else read_setup(start)
+    recordings = [read_recording(bag, topic_names(arguments)) for bag in arguments.bags]
+    findings = arguments.calibrate(recordings, setup, arguments)
+    console.print(_table(recordings, findings))
+    remarks = [f"{each.name}: {each.note}" for each in findings.quantities if each.note]
+    for remark in (*remarks, *findings.notes):
+        console.print(escape(remark), highlight=False, soft_wrap=True)
+    origin = _origin(recordings)
+    if arguments.json is not None:
+        document = {"estimates": findings.estimates(), **findings.figures, "provenance": origin}
+        write_json(arguments.json, document)
+    _write(arguments, console, start, findings, origin)
+    return 0
+
+
+def _start(arguments: argparse.Namespace) -> Path | None:
+    """Return the configuration folder to start from, if there is any."""
+    if arguments.config is not None:
+        if not arguments.config.is_dir():
+            raise ConfigurationError(f"{arguments.config}: there is no such configuration folder")
+        return Path(arguments.config)
+    candidates = [arguments.output, arguments.bags[0] / CONFIG_FOLDER]
+    for folder in candidates:
+        if folder is not None and any((folder / name).is_file() for name in FILES):
+            return Path(folder)
+    return None
+
+
+def _write(
+    arguments: argparse.Namespace,
+    console: Console,
+    start: Path | None,
+    findings: Findings,
+    origin: dict[str, Any],
+) -> None:
+    console.print(escape(f"started from {start or 'the defaults'}"), soft_wrap=True)
+    if arguments.output is None:
+        console.print("nothing written: no -o DIR", highlight=False)
+        return
+    provenance = {**origin, **findings.provenance}
+    said = save(
+        arguments.output, start, findings.setup, arguments.kind, provenance, arguments.replace
+    )
+    for sentence in said:
+        console.print(escape(sentence), highlight=False, soft_wrap=True)
+
+
+def _origin(recordings: Sequence[Recording]) -> dict[str, Any]:
+    """Return where the values come from."""
+    origin: dict[str, Any] = {
+        "source": ", ".join(recording.source for recording in recordings),
+        "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "duration": round(sum(recording.duration for recording in recordings), 6),
+    }
+    measured = [each.temperature for each in recordings if each.temperature is not None]
+    if measured:
+        means = [float(track.temperature.mean()) for track in measured]
+        origin["temperature"] = sum(means) / len(means)
+    return origin
+
+
+def _table(recordings: Sequence[Recording], findings: Findings) -> Table:
+    title = ", ".join(f"{each.source} ({each.duration:.1f} s)" for each in recordings)
+    table = Table(title=escape(title), title_justify="left")
+    table.add_column("quantity", no_wrap=True)
+    for heading in ("before", "found", "standard error"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for each in findings.quantities:
+        found = _shown(each, each.value) if each.value is not None else "not told"
+        cells = (_shown(each, each.before), found, _shown(each, each.error))
+        table.add_row(each.name, *cells, each.unit.shown)
+    return table
+
+
+def _shown(finding: Finding, value: float | None) -> str:
+    if value is None or not math.isfinite(value):
+        return ""
+    return f"{value * finding.unit.factor:.4g}"
+
+
+def _still(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    tilt = None if arguments.tilt is None else math.radians(arguments.tilt)
+    options = StillOptions(tilt, math.radians(arguments.tilt_uncertainty), arguments.window)
+    return still_findings(calibrate_still(recordings[0], setup, options), setup)
+
+
+def _poses(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    del arguments
+    return poses_findings(calibrate_poses(recordings[0], setup), setup)
