@@ -70,23 +70,22 @@ class DaskCluster:
         topic = f"twbr-tune-{uuid4()}"
         self._client.subscribe_topic(topic, lambda event: events.put(event[1]))
         everywhere = self._client.scatter(task, broadcast=True, hash=False)
-        futures = [
+        pending = {
             self._client.submit(unit, everywhere, name, topic, key=f"{topic}-{name}")
             for name in longest_first(names)
-        ]
-        for future in futures:
+        }
+        for future in pending:
             future.add_done_callback(events.put)
         try:
-            pending = len(futures)
             while pending:
                 event = events.get()
                 if isinstance(event, self._distributed.Future):
-                    pending -= 1
+                    pending.remove(event)
                     yield from self._result(event)
                 else:
                     report(*event)
         finally:
-            self._client.cancel(futures)
+            self._client.cancel(list(pending))
             self._client.unsubscribe_topic(topic)
 
     def _result(self, future: Any) -> list[TunedFilter]:
@@ -96,6 +95,8 @@ class DaskCluster:
             return [future.result()]
         except (self._distributed.KilledWorker, self._distributed.CancelledError):
             return []
+        finally:
+            future.release()  # else the cluster does it again when this worker dies later
 
 
 def unit(task: TuningTask, name: str, topic: str) -> TunedFilter:

@@ -67,7 +67,8 @@ class Objective:
             dt: sampling period [s].
         """
         # No dot products: the linear algebra library's threads cost more than they save here.
-        figure = float(np.mean(np.square(error)))
+        with np.errstate(over="ignore"):  # of what diverges
+            figure = float(np.mean(np.square(error)))
         if self.roughness_weight > 0.0:
             rough = np.diff(tilt) / dt - 0.5 * (slope[1:] + slope[:-1])
             figure += self.roughness_weight * float(np.mean(np.square(rough)))
