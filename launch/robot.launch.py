@@ -32,7 +32,12 @@ def argument(
 
 ARGUMENTS = (
     argument("simulated", "false", "Read simulated devices: needs no hardware.", switch=True),
-    argument("config", str(CONFIG), "Folder with robot.yaml, calibration.yaml, filters.yaml."),
+    argument(
+        "config",
+        "",
+        "Folder with robot.yaml, calibration.yaml, filters.yaml; empty: the package's, without "
+        "its calibration where the devices are simulated, because those have no errors.",
+    ),
     argument("imu_params", str(CONFIG / "mpu6050.yaml"), "Parameter file of mpu6050_node."),
     argument("encoder_params", str(CONFIG / "encoders.yaml"), "Parameter file of encoder_node."),
     argument("filter", "", "Filter whose estimate is published; empty: as filters.yaml says."),
@@ -49,7 +54,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     """Return the nodes that the arguments ask for."""
     given = context.launch_configurations
     simulated = {"simulated": given["simulated"] == "true"}
-    config = [str(path) for path in configuration_files(given["config"])]
+    config = configuration(given["config"], simulated["simulated"])
     chosen: dict[str, object] = {}
     if given["filter"]:
         chosen["filter"] = given["filter"]
@@ -70,6 +75,13 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         found.append(node("encoder_node", encoders, name="reference_encoder_node"))
         found.append(node("evaluator_node", []))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
+
+
+def configuration(folder: str, simulated: bool) -> list[str]:
+    """Return the parameter files of the robot."""
+    if folder or not simulated:
+        return [str(path) for path in configuration_files(folder or CONFIG)]
+    return [str(CONFIG / "robot.yaml"), str(CONFIG / "filters.yaml")]
 
 
 def node(executable: str, parameters: list[object], name: str | None = None) -> Node:

@@ -9,6 +9,8 @@ import pytest
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.sensors.encoder import CountVelocity, Encoder, EncoderSettings, unwrapped
+from twbr_estimation.sensors.joint_encoders import JointEncoderSettings, Role, open_encoders
+from twbr_estimation.sensors.motion import swing_tilt
 from twbr_estimation.sensors.simulated_counter import SimulatedCounter
 
 SETTINGS = EncoderSettings(counts_per_turn=1000, gear_ratio=4.0)
@@ -159,3 +161,12 @@ def test_velocity_survives_a_clock_that_is_set_back() -> None:
 def test_settings_without_meaning_are_refused(name: str, value: float) -> None:
     with pytest.raises(ConfigurationError, match=name):
         EncoderSettings(**{name: value})
+
+
+def test_a_simulated_reference_knows_where_upright_is() -> None:
+    clock = 300_000_000
+    settings = JointEncoderSettings(
+        role=Role.REFERENCE, simulated=True, encoder=EncoderSettings(counts_per_turn=2000)
+    )
+    (encoder,) = open_encoders(settings, lambda: clock)
+    assert encoder.read(clock).position == pytest.approx(swing_tilt(0.3), abs=0.004)

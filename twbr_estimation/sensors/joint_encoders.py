@@ -117,7 +117,7 @@ def open_encoders(
     try:
         for index, sign in enumerate(settings.signs[: len(settings.joints)]):
             counter = counters[index] if counters else _counter(index, settings, clock)
-            encoders.append(Encoder(counter, settings.encoder, sign, settings.start_angle))
+            encoders.append(Encoder(counter, settings.encoder, sign, _start_angle(settings, clock)))
     except OSError as error:
         raise SensorError(f"{settings.joints[len(encoders)]}: {error}") from None
     finally:
@@ -125,6 +125,13 @@ def open_encoders(
             for encoder in encoders:
                 encoder.close()
     return encoders
+
+
+def _start_angle(settings: JointEncoderSettings, clock: Callable[[], int]) -> float:
+    """Return the angle at the start; a simulated reference knows where upright is."""
+    if settings.simulated and settings.role is Role.REFERENCE:
+        return settings.start_angle + swing_tilt(clock() * 1e-9)
+    return settings.start_angle
 
 
 def _counter(index: int, settings: JointEncoderSettings, clock: Callable[[], int]) -> Counter:
