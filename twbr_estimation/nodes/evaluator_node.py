@@ -1,7 +1,11 @@
 """Compare live estimates with the reference encoder: running figures, table and JSON at the end.
 
 Scores `tilt/compare`, `imu/data` and any further Imu topic against `reference/joint_states`
-with the association and the figures of `twbr evaluate`.
+with the association and the figures of `twbr evaluate`. Each estimator has its figures on
+topics of their own, `~/NAME/mse_deg2`, `rmse_deg`, `bias_deg` and `max_abs_deg`
+(std_msgs/Float64), from the moment on when it has been compared; `~/progress` carries the stamp
+up to which everything has arrived. Where the reference jumps back, as in a looped recording, a
+new recording begins in table and JSON.
 """
 
 from __future__ import annotations

@@ -1,4 +1,10 @@
-"""Play a recording into the graph: with its timing, or as fast as the graph can take it."""
+"""Play a recording into the graph: with its timing, or as fast as the graph can take it.
+
+Publishes every topic of the recording under its name, as it was serialised, and the recorded
+time on `/clock`. The whole recording is held in memory. At rate 0 a number of messages is under
+way at a time and more follow as consumers report stamps on the topics of `follow`; nothing is
+lost where their subscriptions are reliable (`config/lossless.yaml`).
+"""
 
 from __future__ import annotations
 
