@@ -16,7 +16,6 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,7 +69,7 @@ class Figures(NamedTuple):
     """User and system time for each sample that came back [us]."""
     lost: int
     grown: float
-    """Memory after the run minus memory after its first tenth [kB]."""
+    """Memory at the end minus memory in the middle [kB]."""
 
 
 class Subject:
@@ -84,6 +83,7 @@ class Subject:
         assert self.process.stdout is not None
         self.process.stdout.readline()
         self.start = time.perf_counter() - began
+        self.start_cpu = self.cpu_seconds()
 
     def cpu_seconds(self) -> float:
         """Return user and system time so far [s]."""
@@ -149,7 +149,7 @@ class Probe:
         self.imu.publish(message)
         return sent
 
-    def drive(self, rate: float, duration: float, at_tenth: Callable[[], None]) -> np.ndarray:
+    def drive(self, rate: float, duration: float, at_half: Callable[[], None]) -> np.ndarray:
         """Publish for a while; return when each sample left [ns]."""
         count, period = round(rate * duration), 1.0 / rate
         sent = np.zeros(count, dtype=np.int64)
@@ -160,8 +160,8 @@ class Probe:
             while (left := due - time.perf_counter()) > 0.0:
                 self.executor.spin_once(timeout_sec=left)
             sent[index] = self.publish(first + round(index * period * 1e9))
-            if index == count // 10:
-                at_tenth()
+            if index == count // 2:
+                at_half()
         return sent
 
 
@@ -170,15 +170,15 @@ def measure(probe: Probe, name: str, arguments: list[str], rate: float, duration
     subject = Subject(name, arguments)
     try:
         probe.shake_hands()
-        early: list[float] = []
+        halfway: list[float] = []
         cpu = subject.cpu_seconds()
-        sent = probe.drive(rate, duration, lambda: early.append(subject.memory()))
+        sent = probe.drive(rate, duration, lambda: halfway.append(subject.memory()))
         probe.spin_until(lambda: len(probe.heard) >= sent.size, 3.0)
         cpu = (subject.cpu_seconds() - cpu) * 1e6 / max(len(probe.heard), 1)
         lost = sent.size - len(probe.heard)
         latency = (np.array(probe.heard) - sent) * 1e-3 if lost == 0 else np.array([np.nan])
         p50, p99 = np.percentile(latency, [50, 99])
-        return Figures(float(p50), float(p99), cpu, lost, subject.memory() - early[0])
+        return Figures(float(p50), float(p99), cpu, lost, subject.memory() - halfway[0])
     finally:
         subject.stop()
         probe.spin_until(lambda: not probe.imu.get_subscription_count(), 5.0)
@@ -213,22 +213,20 @@ def compare_running(probe: Probe, rounds: int, duration: float) -> None:
 
 def compare_starts(rounds: int) -> None:
     """Print start-up time and memory of the filter node beside those of an empty one."""
-    found: dict[str, list[tuple[float, int]]] = {"empty": [], "filter_alone": []}
+    found: dict[str, list[tuple[float, float, int]]] = {"empty": [], "filter_alone": []}
     for _ in range(rounds):
         for name, figures in found.items():
             subject = Subject(name, [])
             time.sleep(1.0)
-            figures.append((subject.start, subject.memory()))
+            figures.append((subject.start, subject.start_cpu, subject.memory()))
             subject.stop()
-    empty, ours = ([median(each) for each in zip(*found[name], strict=True)] for name in found)
-    print(
-        f"start: empty node {empty[0]:.3f} s, filter_node {ours[0]:.3f} s, "
-        f"ratio {ours[0] / empty[0]:.2f}"
-    )
-    print(
-        f"memory: empty node {empty[1] / 1024:.0f} MB, filter_node {ours[1] / 1024:.0f} MB, "
-        f"ratio {ours[1] / empty[1]:.2f}"
-    )
+    empty, ours = (np.median(np.array(found[name]), axis=0) for name in found)
+    rows = (("start", "s", 1.0), ("CPU time of the start", "s", 1.0), ("memory", "MB", 1.0 / 1024))
+    for (what, unit, scale), bare, node in zip(rows, empty, ours, strict=True):
+        print(
+            f"{what}: empty node {scale * bare:.3g} {unit}, filter_node {scale * node:.3g} {unit}, "
+            f"ratio {node / bare:.2f}"
+        )
 
 
 def endure(probe: Probe, rate: float, duration: float) -> None:
@@ -236,7 +234,8 @@ def endure(probe: Probe, rate: float, duration: float) -> None:
     figures = measure(probe, "ours", ALL_FILTERS, rate, duration)
     print(
         f"{duration:.0f} s at {rate:.0f} Hz with all filters: {figures.lost} of "
-        f"{round(rate * duration)} samples lost, memory grew by {figures.grown:.0f} kB"
+        f"{round(rate * duration)} samples lost, "
+        f"memory grew by {figures.grown:.0f} kB in the second half"
     )
 
 

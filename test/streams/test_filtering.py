@@ -78,7 +78,7 @@ def test_a_new_configuration_acts_from_the_next_sample_without_a_jump() -> None:
 
 def test_settings_tuned_at_another_period_warn() -> None:
     live = stream(settings_dt=0.002)
-    assert live.warnings(0.002) == ()
+    assert live.warnings(0.002) == live.warnings(0.0) == ()
     assert "tuned at dt 0.002 s, the samples come at 0.01 s" in live.warnings(0.01)[-1]
 
 
@@ -88,3 +88,12 @@ def test_reset_starts_from_the_next_sample() -> None:
     assert live.step(sample(0.5)).tilt < 0.1
     live.reset()
     assert live.step(sample(0.5)).tilt == 0.5
+
+
+def test_period_is_the_mean_without_gaps_since_the_last_question() -> None:
+    live = stream()
+    assert live.period() == 0.0
+    for dt in (0.0, 0.002, 0.004, 5.0):
+        live.step(sample(0.1, dt))
+    assert live.period() == pytest.approx(0.003)
+    assert live.period() == 0.0

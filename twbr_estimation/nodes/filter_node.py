@@ -24,9 +24,6 @@ from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
 from .watchdog import Watchdog
 
-SMOOTHING = 0.01
-"""Weight of one sample in the sampling period that settings are compared with."""
-
 
 class FilterNode(Node):
     """Subscribes, filters, publishes; the work is done by a `FilterStream`."""
@@ -47,7 +44,7 @@ class FilterNode(Node):
         self._outputs = TiltOutputs(self, self.declare_parameter("frame_id", "imu_link").value)
         self._transform = TiltTransform(self)
         self._counts = {"samples": 0, "not_finite_estimates": 0, "unreadable_messages": 0}
-        self._trusted, self._dt = True, 0.0
+        self._trusted = True
         self._subscribes, self._joints = subscribe, None
         if subscribe:
             listen(self, Imu, "imu/data_corrected", self._on_imu)
@@ -99,7 +96,6 @@ class FilterNode(Node):
         stream, outputs = self._stream, self._outputs
         estimate = stream.step(sample)
         self._counts["samples"] += 1
-        self._dt += SMOOTHING * (sample.dt - self._dt) if self._dt else sample.dt
         if not math.isfinite(estimate.tilt + estimate.rate + estimate.tilt_variance):
             self._counts["not_finite_estimates"] += 1
             self._trusted = False
@@ -131,7 +127,8 @@ class FilterNode(Node):
     def _report(self) -> Report:
         kind = "raw" if self._input.raw else "corrected"
         chosen = {"filter": self._stream.settings.filter, "input": kind}
-        values = {**chosen, **self._counts, **self._input.counts()}
+        period = self._stream.period()
+        values = {**chosen, "period_s": period, **self._counts, **self._input.counts()}
         if not self._watchdog.started:
             return Report(Level.WARN, "waiting for imu/data_corrected", values)
         if not self._watchdog.fresh:
@@ -139,7 +136,7 @@ class FilterNode(Node):
             return Report(Level.ERROR, f"stale: no usable sample for {age:.1f} s", values)
         if not self._trusted:
             return Report(Level.WARN, "the filter does not trust its own estimate", values)
-        warnings = [*self._stream.warnings(self._dt), self._transform.problem]
+        warnings = [*self._stream.warnings(period), self._transform.problem]
         if any(warnings):
             return Report(Level.WARN, "; ".join(each for each in warnings if each), values)
         return Report(Level.OK, "estimating", values)

@@ -12,7 +12,7 @@ from ..errors import ConfigurationError
 from ..estimator import FilterBank
 from ..filters.base import filter_named, filters
 from ..robot import Robot
-from ..samples import CorrectedSample, TiltEstimate
+from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from ..settings import DEFAULT_FILTER, DT_TOLERANCE
 
 ALL = "all"
@@ -86,6 +86,7 @@ class FilterStream:
     def __init__(self, configuration: FilterConfiguration) -> None:
         """Prepare the filters; they start at the first sample."""
         self._configuration = configuration
+        self._elapsed, self._steps = 0.0, 0
         settings = configuration.settings
         self._bank = FilterBank(
             settings.filter, settings.compared(), configuration.parameters, configuration.robot
@@ -122,6 +123,9 @@ class FilterStream:
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
         """Feed the chosen filter and return its estimate; `compare` comes after."""
+        if 0.0 < sample.dt <= RESTART_GAP:
+            self._elapsed += sample.dt
+            self._steps += 1
         return self._bank.step_active(sample)
 
     def compare(self, sample: CorrectedSample) -> dict[str, TiltEstimate]:
@@ -154,8 +158,16 @@ class FilterStream:
         """Return whether the filter's own variance lets the estimate count as valid."""
         return estimate.tilt_variance <= self._configuration.settings.valid_stddev**2
 
+    def period(self) -> float:
+        """Return the mean sampling period since the last call [s]; 0 without samples."""
+        mean = self._elapsed / self._steps if self._steps else 0.0
+        self._elapsed, self._steps = 0.0, 0
+        return mean
+
     def warnings(self, dt: float) -> tuple[str, ...]:
         """Return what a user should know about the settings at this sampling period [s]."""
+        if dt <= 0.0:
+            return ()
         found = self._bank.warnings(dt)
         tuned = self._configuration.settings.settings_dt
         if tuned > 0.0 and abs(dt - tuned) > DT_TOLERANCE * tuned:
