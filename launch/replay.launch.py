@@ -80,7 +80,6 @@ def replay(given: dict[str, str]) -> Node:
         **{name: given[name] == "true" for name in ("loop", "paused")},
         "exit_at_end": ends,
         "wait_for": ["imu/data_raw", "imu/data_corrected", "imu/data", "tilt/compare"],
-        "follow": ["evaluator_node/progress"],
     }
     done = [Shutdown(reason="the recording has been played")] if ends else None
     return node("replay_node", [parameters], on_exit=done)

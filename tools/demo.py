@@ -123,7 +123,6 @@ def run_graph(bag: Path, target: Path, folder: Path) -> None:
             "rate": 0.0,
             "exit_at_end": True,
             "wait_for": ["/imu/data_raw", "/imu/data_corrected", "/imu/data", "/tilt/compare"],
-            "follow": ["/evaluator_node/progress"],
         }
         graph.start("replay_node", replay)
         graph.wait("replay_node", PATIENCE)
