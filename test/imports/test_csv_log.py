@@ -79,6 +79,15 @@ signs: {reference: -1, accel: [1, 1, -1]}
     assert recording.reference.stamps[0] - recording.imu.stamps[0] == 2_000_000
 
 
+def test_a_spreadsheet_s_decimal_commas_and_byte_order_mark_are_read(tmp_path: Path) -> None:
+    description = MINIMAL + 'delimiter: ";"\ndecimal: ","\n'
+    text = "\ufefft;gx;gy;gz;ax;ay;az\n0,5;1,5;2;3;4;5;6\n0,51;1,5;2;3;4;5;6,25\n"
+    recording = imported(tmp_path, text, description).recording
+    assert np.diff(recording.imu.stamps).tolist() == [10_000_000]
+    np.testing.assert_array_equal(recording.imu.gyro[0], [1.5, 2.0, 3.0])
+    assert recording.imu.accel[1, 2] == 6.25
+
+
 def test_a_counter_that_starts_again_goes_on() -> None:
     counter = np.array([250.0, 254.0, 2.0, 1.0, 6.0, 250.0, 3.0])
     expected = [250.0, 254.0, 258.0, 257.0, 262.0, 506.0, 515.0]
@@ -98,6 +107,8 @@ def test_a_counter_that_starts_again_goes_on() -> None:
         (MINIMAL + "robot: {wheel_radius: -1}", "wheel_radius"),
         (MINIMAL + "robot: {wheels: 2}", "wheels"),
         (MINIMAL.replace("gx", "missing"), "missing"),
+        (MINIMAL + 'delimiter: "; "', "not one character"),
+        ("columns: {time: 0, gyro: [1, 2, -3], accel: [3, 4, 5]}", "-3 is below 0"),
         ("columns: [", "cannot be read"),
         ("nothing", "columns"),
     ],

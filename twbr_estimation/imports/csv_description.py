@@ -20,6 +20,7 @@
     reference: {offset_deg: 0.0, delay: 0.0}
     time_wrap: 4294967296       # counter of this size starts again at 0; optional
     delimiter: ","
+    decimal: "."                # "," in logs of spreadsheets that write 0,5
     header: true
     skip_rows: 0
     robot: {wheel_radius: 0.034, encoder_placement: body}   # fields of `Robot`; optional
@@ -62,7 +63,7 @@ _SECTIONS = {
     "reference": {"offset_deg", "delay"},
     "robot": None,
 }
-_VALUES = {"axes", "time_wrap", "delimiter", "header", "skip_rows"}
+_VALUES = {"axes", "time_wrap", "delimiter", "decimal", "header", "skip_rows"}
 _REQUIRED = ("time", "gyro", "accel")
 _AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -93,6 +94,8 @@ class Description:
     """How much later the reference's stamps are than its rows' [s]."""
     time_wrap: float = 0.0
     delimiter: str = ","
+    decimal: str = "."
+    """Sign between a number's whole part and its fraction."""
     has_header: bool = True
     skip_rows: int = 0
     robot: Robot = field(default_factory=Robot)
@@ -146,11 +149,18 @@ class _Reader:
             axes=_axes(content.get("axes", ["x", "y", "z"])),
             reference_delay=float(reference.get("delay", 0.0)),
             time_wrap=float(content.get("time_wrap", 0.0)),
-            delimiter=str(content.get("delimiter", ",")),
+            delimiter=self._character("delimiter", ","),
+            decimal=self._character("decimal", "."),
             has_header=bool(content.get("header", True)),
             skip_rows=int(content.get("skip_rows", 0)),
             robot=_robot(content.get("robot", {})),
         )
+
+    def _character(self, key: str, default: str) -> str:
+        given = str(self.content.get(key, default))
+        if len(given) != 1:
+            raise ConfigurationError(f"{key}: {given!r} is not one character")
+        return given
 
     def _columns(self, role: str, least: int, most: int, offset: float = 0.0) -> tuple[Column, ...]:
         """Return the columns of a role, none where it may be absent; `offset` in SI units."""
@@ -161,6 +171,9 @@ class _Reader:
             raise ConfigurationError(
                 f"columns.{role}: {len(names)} given, {least} to {most} are needed"
             )
+        for name in names:
+            if isinstance(name, int) and name < 0:
+                raise ConfigurationError(f"columns.{role}: {name} is below 0, the first column")
         signs = _as_list(self.content.get("signs", {}).get(role)) or [1] * len(names)
         if len(signs) != len(names) or any(sign not in (1, -1) for sign in signs):
             raise ConfigurationError(f"signs.{role}: {signs}; needed is 1 or -1 for each column")

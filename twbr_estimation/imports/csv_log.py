@@ -85,7 +85,7 @@ class _Table:
     def __init__(self, path: Path, description: Description) -> None:
         self.path, self.description = path, description
         try:
-            with path.open(newline="", encoding="utf-8", errors="replace") as file:
+            with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
                 lines = [row for row in csv.reader(file, delimiter=description.delimiter) if row]
         except (OSError, csv.Error) as error:
             raise RecordingError(f"{path}: cannot be read: {error}") from error
@@ -149,6 +149,8 @@ class _Table:
     def _values(self, column: Column) -> FloatArray:
         place = self._place(column)
         texts = (row[place] if len(row) > place else "" for row in self.rows)
+        if self.description.decimal != ".":
+            texts = (text.replace(self.description.decimal, ".") for text in texts)
         return np.fromiter(map(_number, texts), dtype=np.float64, count=len(self.rows))
 
     def _place(self, column: Column) -> int:
