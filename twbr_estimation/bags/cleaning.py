@@ -3,9 +3,11 @@
 Messages are first put into the order in which they were recorded. Then
 * stamps of zero are dropped, except a first one that the next follows within a second;
 * a lone stamp more than a second off both neighbours is dropped;
-* where stamps jump back by more than a second (a looped bag, a clock that was set) the
-  longest stretch between such jumps is kept: two passes cannot share one time line;
-* smaller backward steps are messages that came late: they are sorted in;
+* of messages equal in stamp and content the first is kept;
+* where stamps jump back (a looped bag, a clock that was set) the longest stretch between such
+  jumps is kept: two passes cannot share one time line. A step of more than a second is such a
+  jump, a smaller one where the messages after it run through time that was covered already;
+* other backward steps are messages that came late: they are sorted in;
 * of equal stamps the first message is kept;
 * gaps are counted, not filled.
 """
@@ -13,7 +15,9 @@ Messages are first put into the order in which they were recorded. Then
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +27,13 @@ from .cdr import Columns
 
 JUMP = 1_000_000_000
 """Backward step that separates two passes [ns]."""
+ABSURD = 1e9
+"""No angle, rate or acceleration in SI units is as large; a damaged message may be."""
 GAP_PERIODS = 5.0
 """Median sampling periods that make a gap."""
+
+REPEATED = "messages with a repeated stamp dropped"
+_SHORTEST_PASS = 5  # messages; fewer are late ones
 
 Repairs = Counter[str]
 
@@ -45,6 +54,8 @@ class Cleaner:
         columns = _chosen(columns, np.argsort(columns.bag_times, kind="stable"))
         finite = np.all(np.isfinite(columns.values[:, required]), axis=1)
         columns = self.keep(columns, finite, "messages with NaN or infinity dropped")
+        sane = np.all(np.abs(columns.values[:, required]) < ABSURD, axis=1)
+        columns = self.keep(columns, sane, f"messages with a number beyond {ABSURD:g} dropped")
         columns = self._one_frame(columns)
         columns = self._stamped(columns)
         columns = self._one_pass(columns)
@@ -89,14 +100,17 @@ class Cleaner:
 
     def _one_pass(self, columns: Columns) -> Columns:
         columns = self.keep(columns, ~_lone(columns.stamps), "messages with a stray stamp dropped")
-        cuts = np.flatnonzero(np.diff(columns.stamps) < -JUMP) + 1
+        if columns.stamps.size < 2 or np.diff(columns.stamps).min() >= 0:
+            return columns
+        columns = self.keep(columns, _first_of_equals(columns), REPEATED)
+        cuts = _passes(columns.stamps)
         if not cuts.size:
             return columns
         edges = np.concatenate([[0], cuts, [columns.stamps.size]])
         longest = int(np.argmax(np.diff(edges)))
         inside = np.zeros(columns.stamps.size, dtype=bool)
         inside[edges[longest] : edges[longest + 1]] = True
-        self.count("backward jumps of the stamps by more than 1 s", int(cuts.size))
+        self.count("backward jumps of the stamps", int(cuts.size))
         return self.keep(columns, inside, "messages outside the longest pass dropped")
 
     def _sorted(self, columns: Columns) -> Columns:
@@ -107,7 +121,7 @@ class Cleaner:
             self.count("late messages sorted in", late)
             columns = _chosen(columns, np.argsort(columns.stamps, kind="stable"))
         fresh = np.append(True, np.diff(columns.stamps) > 0)
-        return self.keep(columns, fresh, "messages with a repeated stamp dropped")
+        return self.keep(columns, fresh, REPEATED)
 
     def _count_gaps(self, columns: Columns) -> None:
         if columns.stamps.size < 3:
@@ -129,6 +143,41 @@ def _lone(stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
     across = np.abs(stamps[2:] - stamps[:-2])
     lone[1:-1] = (steps[:-1] > JUMP) & (steps[1:] > JUMP) & (across <= JUMP)
     return lone
+
+
+def _passes(stamps: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return where passes begin after the first: the indices after jumps back in time."""
+    jumps = [0, *(np.flatnonzero(np.diff(stamps) < -JUMP) + 1).tolist(), stamps.size]
+    cuts = jumps[1:-1]
+    for begin, end in pairwise(jumps):
+        cuts += [begin + cut for cut in _set_back(stamps[begin:end])]
+    return np.array(sorted(cuts), dtype=np.int64)
+
+
+def _set_back(stamps: NDArray[np.int64]) -> Iterator[int]:
+    """Yield where time that was covered already is run through again.
+
+    Late messages fill the hole that they left; those of a clock that was set back do not.
+    """
+    newest = np.maximum.accumulate(stamps)
+    falls = (np.diff(stamps) < 0) & (stamps[:-1] == newest[:-1])
+    for start in (1 + np.flatnonzero(falls)).tolist():
+        stop = start + int(np.searchsorted(newest[start:], newest[start - 1], "right"))
+        again = stamps[start:stop]
+        if again.size < _SHORTEST_PASS or np.mean(np.diff(again) > 0) < 0.9:
+            continue
+        earlier = stamps[np.searchsorted(newest, again.min()) : start]
+        covered = np.count_nonzero((earlier >= again.min()) & (earlier <= again.max()))
+        if 2 * covered >= again.size:
+            yield start
+
+
+def _first_of_equals(columns: Columns) -> NDArray[np.bool_]:
+    """Return which messages are the first of their stamp and content."""
+    rows = np.column_stack([columns.stamps, columns.values.view(np.int64)])
+    first = np.zeros(columns.stamps.size, dtype=bool)
+    first[np.unique(rows, axis=0, return_index=True)[1]] = True
+    return first
 
 
 def _chosen(columns: Columns, indices: NDArray[np.int64]) -> Columns:
