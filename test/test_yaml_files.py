@@ -155,7 +155,7 @@ REFUSED = {
     "unknown key": ("robot: {wheel_radios: 1.0}", r"robot\.wheel_radios .*robot has: wheel_radius"),
     "unknown filter": ("kalmann: {q1: 1.0}", r"kalmann\.q1 is unknown; .*complementary"),
     "unknown parameter": ("complementary: {tau: 1.0}", "no parameter 'tau'.*time_constant"),
-    "section without keys": ("robot: 3", "robot is unknown"),
+    "section without keys": ("robot: 3", "robot: 3 is not a mapping"),
     "text for a number": ("robot: {wheel_radius: wide}", r"robot\.wheel_radius: 'wide' is not a"),
     "bool for a number": ("robot: {wheel_radius: true}", "True is not a number"),
     "number for a bool": ("correction: {euler: 1}", r"correction\.euler: 1 is no bool"),

@@ -61,9 +61,8 @@ def read_parameters(path: Path) -> tuple[Entry, ...]:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigurationError(f"{path}: cannot be read: {error}") from None
     except yaml.YAMLError as error:
-        raise ConfigurationError(
-            f"{path}: not valid YAML: {' '.join(str(error).split())}"
-        ) from None
+        what = " ".join(str(error).split()).replace('in "<unicode string>", ', "at ")
+        raise ConfigurationError(f"{path}: not valid YAML: {what}") from None
     found = []
     for node, body in _mapping(path, "the file", content).items():
         if not isinstance(body, dict) or set(body) != {PARAMETERS}:

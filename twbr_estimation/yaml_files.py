@@ -171,6 +171,10 @@ def configuration_files(path: PathLike) -> list[Path]:
 
 def _require_known(entry: Entry) -> None:
     owner, _, name = entry.name.partition(".")
+    if not name and (owner in _SECTIONS or owner in filters()):
+        raise ConfigurationError(
+            f"{entry.path}: {owner}: {entry.value!r} is not a mapping of names to values"
+        )
     if owner in _SECTIONS:
         known = [item.name for item in fields(_SECTIONS[owner])]
         if name not in known:

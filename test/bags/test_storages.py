@@ -15,6 +15,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
 from twbr_estimation.bags import BagTopic, TopicNames, mcap_storage, read_recording, write_recording
+from twbr_estimation.errors import RecordingError
 from twbr_estimation.recording import Recording
 
 Make = Callable[..., Recording]
@@ -105,10 +106,9 @@ def test_what_the_mcap_library_writes(
     assert got.repairs == {}
 
 
-def test_a_ros1_bag(tmp_path: Path, written: tuple[Path, Recording], assert_same: Same) -> None:
+def copy_as_ros1(source: Path, path: Path) -> Path:
     ros1, ros2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_JAZZY)
-    path = tmp_path / "copy.bag"
-    with rosbag2.Reader(written[0]) as bag, rosbag1.Writer(path) as writer:
+    with rosbag2.Reader(source) as bag, rosbag1.Writer(path) as writer:
         connections = {
             entry.id: writer.add_connection(entry.topic, entry.msgtype, typestore=ros1)
             for entry in bag.connections
@@ -116,7 +116,28 @@ def test_a_ros1_bag(tmp_path: Path, written: tuple[Path, Recording], assert_same
         for entry, stamp, raw in bag.messages():
             message = ros2.cdr_to_ros1(raw, entry.msgtype)
             writer.write(connections[entry.id], stamp, bytes(message))
+    return path
+
+
+def test_a_ros1_bag(tmp_path: Path, written: tuple[Path, Recording], assert_same: Same) -> None:
+    path = copy_as_ros1(written[0], tmp_path / "copy.bag")
     assert_same(read_recording(path, estimators=DMP), written[1])
+
+
+def test_a_damaged_ros1_bag_is_read_or_refused(
+    tmp_path: Path, written: tuple[Path, Recording]
+) -> None:
+    path = copy_as_ros1(written[0], tmp_path / "copy.bag")
+    whole, random, refused = path.read_bytes(), np.random.default_rng(4), 0
+    for place in random.integers(0, len(whole), 60).tolist():
+        damaged = bytearray(whole)
+        damaged[place : place + 4] = random.bytes(4)
+        path.write_bytes(damaged)
+        try:
+            read_recording(path, estimators=DMP)
+        except RecordingError:
+            refused += 1
+    assert 0 < refused < 60
 
 
 def test_a_bag_split_into_files_in_any_order(

@@ -98,11 +98,12 @@ class _Reader:
         topic = self.names.imu
         columns = self._columns("imu")
         assert columns is not None
+        total = columns.stamps.size
         cleaner = Cleaner(topic, self.repairs)
         for covariance, what in ((GYRO_COVARIANCE, "rate"), (ACCEL_COVARIANCE, "acceleration")):
             reported = columns.values[:, covariance] != UNREPORTED
             columns = cleaner.keep(columns, reported, f"messages that report no {what} dropped")
-        columns = self._clean(topic, columns, slice(GYRO.start, ACCEL.stop))
+        columns = self._clean(topic, columns, slice(GYRO.start, ACCEL.stop), total)
         frame = str(columns.frames[0]) or "imu_link"
         return ImuTrack(columns.stamps, columns.values[:, GYRO], columns.values[:, ACCEL], frame)
 
@@ -121,8 +122,19 @@ class _Reader:
                 columns.stamps.size
             )
         columns.values = columns.values[:, chosen]
+        if chosen.size > 1 and not np.any(np.all(np.isfinite(columns.values), axis=1)):
+            columns = self._one_wheel(columns, joints)
         columns = self._clean(topic, columns, slice(None))
         return WheelTrack(columns.stamps, columns.values)
+
+    def _one_wheel(self, columns: Columns, joints: tuple[str, ...]) -> Columns:
+        """Keep one wheel of two that never share a message: which belong together is unknown."""
+        cleaner = Cleaner(self.names.joint_states, self.repairs)
+        first = np.isfinite(columns.values[:, 0])
+        why = f"messages without {joints[0]} dropped; no message holds both wheels"
+        columns = cleaner.keep(columns, first, why)
+        columns.values = columns.values[:, :1]
+        return columns
 
     def _tilt(self, role: str) -> TiltTrack | None:
         columns = self._columns(role)
@@ -141,7 +153,8 @@ class _Reader:
             if rate is not None and not np.all(np.isfinite(rate)):
                 rate = None
             return TiltTrack(columns.stamps, columns.values[:, 0], rate)
-        columns = self._clean(request.topic, self._oriented(request.topic, columns), ORIENTATION)
+        oriented = self._oriented(request.topic, columns)
+        columns = self._clean(request.topic, oriented, ORIENTATION, columns.stamps.size)
         x, y, z, w = columns.values[:, ORIENTATION].T
         rates = columns.values[:, GYRO]
         known = np.all(columns.values[:, GYRO_COVARIANCE] != UNREPORTED)
@@ -181,6 +194,11 @@ class _Reader:
     def _with_joint(self, request: Request, flag: str) -> Columns:
         columns = self.contents.columns[request]
         if request.joints and columns.names and not columns.stamps.size:
+            if silent := [joint for joint in request.joints if joint in columns.names]:
+                raise RecordingError(
+                    f"{self.path}: {request.topic} gives no position of {', '.join(silent)}; "
+                    "positions are needed, velocities are not enough"
+                )
             raise RecordingError(
                 f"{self.path}: {request.topic} has no joint {' or '.join(request.joints)}; it has "
                 f"{', '.join(sorted(columns.names))} (name the right one with {flag})"
@@ -197,17 +215,22 @@ class _Reader:
             + (f"there are:{there}" if there else "there are no topics at all")
         )
 
-    def _clean(self, topic: str, columns: Columns, required: slice) -> Columns:
+    def _clean(
+        self, topic: str, columns: Columns, required: slice, total: int | None = None
+    ) -> Columns:
+        """Return the repaired messages; `total` were there before earlier repairs."""
         cleaner = Cleaner(topic, self.repairs)
         cleaner.count("damaged messages dropped", columns.broken)
-        total = columns.stamps.size
+        total = columns.stamps.size if total is None else total
         try:
             columns = cleaner.clean(columns, required)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from error
         if not columns.stamps.size:
             reasons = "; ".join(f"{what}: {n}" for what, n in self.repairs.items())
-            raise RecordingError(f"{self.path}: none of {total} messages is usable ({reasons})")
+            raise RecordingError(
+                f"{self.path}: {topic}: none of {total} messages is usable ({reasons})"
+            )
         return columns
 
     def _check_overlap(self, recording: Recording) -> None:

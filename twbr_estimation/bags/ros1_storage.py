@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from rosbags.rosbag1 import Reader, ReaderError
+from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
 
 from ..errors import RecordingError
 from .batch import MessageBatch, joined
@@ -37,16 +39,25 @@ class Ros1Storage:
                     if kind not in typestore.types:
                         continue
                     entries = [entry for entry in bag.connections if entry.topic == topic]
-                    messages = (
-                        (time, bytes(typestore.ros1_to_cdr(raw, kind)))
-                        for _, time, raw in bag.messages(connections=entries)
-                    )
-                    for batch in _batches(messages):
+                    for batch in _batches(self._messages(bag, entries, typestore, topic)):
                         yield topic, batch
-        except ReaderError as error:
+        except Exception as error:  # a damaged bag makes the reader fail in any way
             raise RecordingError(
-                f"{self.path}: {error} (`rosbag reindex` may mend a bag that was not closed)"
+                f"{self.path}: {str(error) or type(error).__name__} "
+                "(`rosbag reindex` may mend a bag that was not closed)"
             ) from error
+
+    def _messages(
+        self, bag: Reader, entries: list[Connection], typestore: Typestore, topic: str
+    ) -> Iterator[tuple[int, bytes]]:
+        """Yield time and content of one topic's messages; damaged ones are counted."""
+        for _, time, raw in bag.messages(connections=entries):
+            try:
+                content = bytes(typestore.ros1_to_cdr(raw, self.types[topic]))
+            except Exception:  # neither are the failures of a conversion documented
+                self.repairs[f"{topic}: damaged messages dropped"] += 1
+                continue
+            yield time, content
 
 
 def _batches(messages: Iterator[tuple[int, bytes]]) -> Iterator[MessageBatch]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+from ..errors import ConfigurationError
+
 IMU = "sensor_msgs/msg/Imu"
 JOINT_STATE = "sensor_msgs/msg/JointState"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
@@ -12,7 +14,11 @@ FLOAT64 = "std_msgs/msg/Float64"
 
 @dataclass(frozen=True, slots=True)
 class TopicNames:
-    """Topics and joints of a recording; names without a leading slash get one."""
+    """Topics and joints of a recording; names without a leading slash get one.
+
+    Raises:
+        ConfigurationError: not one or two different wheel joints.
+    """
 
     imu: str = "/imu/data_raw"
     """`sensor_msgs/Imu` as the device reports it; required."""
@@ -32,6 +38,12 @@ class TopicNames:
     def __post_init__(self) -> None:
         for role in ROLES:
             object.__setattr__(self, role, absolute(getattr(self, role)))
+        joints = self.wheel_joints
+        if len(joints) not in (1, 2) or len(set(joints)) < len(joints) or "" in joints:
+            raise ConfigurationError(
+                f"wheel joints {','.join(joints)!r}: one name, or two as left,right, "
+                "are needed (--wheel-joints)"
+            )
 
     def is_default(self, role: str) -> bool:
         """Return whether the topic of `role` is the one a recording of ours has."""
