@@ -125,7 +125,9 @@ class Player:
             self._play_pass(stamped, flush_every)
             self.passes += 1
             if not self.loop:
-                return
+                break
+        if not (self._stopped or self._limited()):
+            self._sink.flush()  # takes seconds: at the very end only
 
     def pause(self) -> None:
         """Stop time."""
@@ -178,7 +180,12 @@ class Player:
             self._send(topic, content, shift, topic in stamped)
             if self._window is None and self._pace.rate == 0.0 and self.played % flush_every == 0:
                 self._sink.flush()
-        self._drain()
+        if self._window is not None and self._limited():
+            self._window.drain(DRAIN_LIMIT)
+
+    def _limited(self) -> bool:
+        """Whether a window says how fast to play."""
+        return self._window is not None and self._pace.rate == 0.0
 
     def _limits(self) -> tuple[int, int]:
         begin = self._source.time(0) + round(self._stretch.start * _SECOND)
@@ -200,16 +207,10 @@ class Player:
     def _send(self, topic: str, content: bytes, shift: int, stamped: bool) -> None:
         if stamped:
             stamp, content = shifted(content, shift)
-            if self._window is not None and self._pace.rate == 0.0:
+            if self._window is not None and self._limited():
                 self.stalls += not self._window.send(topic, stamp, STALL_LIMIT)
         self._sink.publish(topic, content)
         self.played += 1
-
-    def _drain(self) -> None:
-        if self._window is not None and self._pace.rate == 0.0:
-            self._window.drain(DRAIN_LIMIT)
-        else:
-            self._sink.flush()
 
 
 def shifted(content: bytes, shift: int) -> tuple[int, bytes]:
