@@ -42,6 +42,8 @@ QOS = [
     for policy in ("reliability:=reliable", f"depth:={DEPTH}")
     for argument in ("-p", f"qos_overrides./{topic}.subscription.{policy}")
 ]
+for topic in ("tilt", "imu/data", "tilt/compare"):
+    QOS += ["-p", f"qos_overrides./{topic}.publisher.depth:={DEPTH}"]
 OURS = ["--ros-args", "-p", "drivers:=false", *QOS]
 ALL_FILTERS = [*OURS, "-p", "compare:=[all]"]
 WARM_UP = 0.3
