@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import subprocess
+import time
 
 import pytest
 
@@ -84,3 +85,18 @@ def test_a_node_can_end_its_process(python: str, tick: str, status: int, said: s
     assert process.returncode == status, errors
     assert output.endswith("destroyed\n")
     assert said in errors and "Traceback" not in errors
+
+
+def test_more_signals_during_the_end_change_nothing(python: str) -> None:
+    process = _start(python, 'print("tick", flush=True)')
+    assert process.stdout is not None
+    assert process.stdout.readline() == "tick\n"
+    for _ in range(200):
+        if process.poll() is not None:
+            break
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.005)
+    output, errors = process.communicate(timeout=20)
+    assert process.returncode == 0, errors
+    assert output.endswith("destroyed\n")
+    assert "Traceback" not in errors and "Aborted" not in errors

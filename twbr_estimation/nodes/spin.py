@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import signal
-import sys
 import threading
 from collections.abc import Callable, Sequence
 from types import FrameType
@@ -85,10 +84,18 @@ def _stop_on_signals(stop: threading.Event) -> None:
 
 
 def _clean_up(nodes: list[Node]) -> None:
-    """Destroy the nodes, the last first, even if a second SIGINT arrives meanwhile."""
+    """Destroy the nodes, the last first; from here on SIGINT changes nothing any more.
+
+    A second Ctrl-C, or launch's own SIGINT after the terminal's, would be raised inside C++
+    destructors and abort the process. What hangs can still be ended by SIGTERM.
+    """
+    _ignore_interrupts()
     for node in reversed(nodes):
-        try:
-            node.destroy_node()
-        except KeyboardInterrupt:
-            print(f"{node.get_name()}: interrupted while cleaning up", file=sys.stderr)
+        node.destroy_node()
     rclpy.try_shutdown()
+    _ignore_interrupts()  # the shutdown has put the old handler back
+
+
+def _ignore_interrupts() -> None:
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
