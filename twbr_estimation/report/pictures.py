@@ -10,7 +10,13 @@ import numpy as np
 
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, Noise
+from ..recording import FloatArray
+from .decimation import thinned
 from .palette import AXES, ERROR_COLOURS, MOTION
+from .traces import Trace
+
+PICTURE_POINTS = 8_000
+"""Points of a line in a picture."""
 
 
 def canvas(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
@@ -116,3 +122,40 @@ def _draw_bias(axes: Any, noise: Noise) -> None:
         axes.plot(drift.times, moved, color=colour, marker=".", label=f"gyro {axis}")
     axes.set_xlabel("time [s]")
     axes.set_ylabel(f"bias minus its mean [{GYRO_UNIT}]")
+
+
+def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
+    """Draw what the page shows unasked: reference, estimates, and their errors.
+
+    Args:
+        traces: what to draw, the front last.
+        title: above the picture.
+        path: file to write.
+
+    Raises:
+        ConfigurationError: matplotlib is missing, or the file cannot be written.
+    """
+    visible = [trace for trace in traces if trace.visible]
+    scored = [trace for trace in visible if trace.error.size]
+    figure, axes = canvas(2 if scored else 1, 1, (12.8, 7.2 if scored else 4.2))
+    for trace in visible:
+        _draw_trace(axes[0][0], trace, trace.times, trace.tilt)
+    axes[0][0].set_ylabel("tilt [deg]")
+    axes[0][0].set_title(title, loc="left", parse_math=False)
+    axes[0][0].legend(loc="upper right", ncols=len(visible))
+    for trace in scored:
+        _draw_trace(axes[1][0], trace, trace.error_times, trace.error)
+    if scored:
+        axes[1][0].set_ylabel("error [deg]")
+    for row in axes:
+        row[0].grid(True, alpha=0.3)
+        row[0].margins(x=0.0)
+    axes[-1][0].set_xlabel("time [s]")
+    save(figure, path)
+
+
+def _draw_trace(axes: Any, trace: Trace, times: FloatArray, values: FloatArray) -> None:
+    fewer_times, fewer = thinned(times, values, PICTURE_POINTS)
+    label = trace.name.replace("_", " ").lstrip()  # matplotlib hides labels with a leading _
+    style = {"color": trace.colour, "linestyle": trace.dash, "label": label, "linewidth": 1.2}
+    axes.plot(fewer_times, fewer, **style)

@@ -1,0 +1,219 @@
+"""A report as one HTML file that needs nothing else, not even a network."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime, timezone
+from enum import Enum
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..errors import ConfigurationError
+from ..evaluation import Options, mean_over
+from ..filters import filter_named
+from ..offline import Run
+from .data import RAW, RecordingReport
+from .traces import REFERENCE, Trace, styles_of, traces_of
+
+POINTS = 12_000
+"""Points of a line when there is one recording; several share them."""
+FEWEST_POINTS = 3_000
+TEMPLATE = "page.html"
+FIGURES = (
+    ("MSE [deg²]", "mse_deg2", "{:.4f}", 1.0),
+    ("RMSE [deg]", "rmse_deg", "{:.4f}", 1.0),
+    ("bias [deg]", "bias_deg", "{:+.4f}", 1.0),
+    ("max [deg]", "max_abs_deg", "{:.3f}", 1.0),
+    ("delay [ms]", "delay_s", "{:+.2f}", 1e3),
+)
+"""Columns of the tables of estimators: heading, field of `Score`, form, factor."""
+_PACKAGES = ("numpy", "scipy", "numba", "bokeh")
+_YEAR_2000 = 946_684_800_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One estimator in a table."""
+
+    name: str
+    colour: str
+    dash: str
+    visible: bool
+    cells: tuple[str, ...]
+
+
+def render(reports: Sequence[RecordingReport], command: str, options: Options) -> str:
+    """Return the page.
+
+    Args:
+        reports: one for each recording, at least one.
+        command: the command line that made it.
+        options: how estimates were compared with the reference.
+
+    Raises:
+        ConfigurationError: Bokeh is missing.
+    """
+    try:
+        from bokeh.embed import components
+        from bokeh.resources import Resources
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    except ImportError as error:
+        raise ConfigurationError(
+            "a report needs bokeh: pip install 'twbr_estimation[report]'"
+        ) from error
+    points = max(FEWEST_POINTS, POINTS // len(reports))
+    styles = styles_of(reports)
+    sections = [
+        _section(report, f"r{index}", traces_of(report, styles, options), points)
+        for index, report in enumerate(reports)
+    ]
+    plots = {
+        f"{section['id']}-{kind}": plot
+        for section in sections
+        for kind, plot in section["plots"].items()
+    }
+    script, places = components(plots)
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
+    )
+    return environment.get_template(TEMPLATE).render(
+        sections=sections,
+        places=places,
+        script=script,
+        library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
+        headings=[heading for heading, *_ in FIGURES],
+        mean=_mean_rows(reports),
+        command=command,
+        versions=versions(),
+        comparison=_comparison(options),
+        made=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+    )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of all that had a part in the figures."""
+    found = {"twbr_estimation": __version__, "Python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return {**found, "machine": f"{platform.system()} {platform.machine()}"}
+
+
+def _section(
+    report: RecordingReport, identifier: str, traces: Sequence[Trace], points: int
+) -> dict[str, Any]:
+    from .plots import histogram_plot, spectrum_plot, time_plots
+
+    plots = time_plots(traces, points, identifier)
+    if any(trace.error.size for trace in traces):
+        plots["histogram"] = histogram_plot(traces, identifier)
+    if report.motion is not None:
+        plots["spectrum"] = spectrum_plot(report.motion, identifier)
+    return {
+        "id": identifier,
+        "source": report.run.recording.source,
+        "facts": dict(_facts(report)),
+        "quality": report.quality,
+        "repairs": report.run.recording.repairs,
+        "warnings": report.run.warnings,
+        "rows": _rows(report, traces),
+        "scored": report.run.score is not None,
+        "plots": plots,
+        "motion": report.motion,
+        "no_motion": report.no_motion,
+        "effects": report.effects,
+        "speaking": report.run.settings.filter,
+        "settings": _settings(report.run),
+    }
+
+
+def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
+    recording = report.run.recording
+    yield "duration", f"{recording.duration:.1f} s"
+    first = int(recording.imu.stamps[0])
+    if first > _YEAR_2000:  # simulated time starts at 0
+        started = datetime.fromtimestamp(first * 1e-9, timezone.utc)
+        yield "recorded", started.strftime("%Y-%m-%d %H:%M:%S UTC")
+    yield "IMU", f"{recording.imu.stamps.size} samples every {1e3 * recording.dt:.4g} ms"
+    wheels = recording.wheels
+    encoders = 0 if wheels is None else wheels.angle.shape[1]
+    yield "wheel encoders", str(encoders) if encoders else "none"
+    yield "reference", "none" if recording.reference is None else "yes"
+    if recording.reference is not None:
+        yield "rms tilt", f"{np.degrees(np.std(recording.reference.tilt)):.2f} deg"
+    if recording.temperature is not None:
+        values = recording.temperature.temperature
+        yield "temperature", f"{values.min():.1f} to {values.max():.1f} °C"
+
+
+def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[Row]:
+    """Return reference and estimators, the best first, then the raw angle."""
+    by_name = {trace.name: trace for trace in traces}
+    score = report.run.score
+    rows = []
+    for name in (REFERENCE, *report.ranked, RAW):
+        if name not in by_name:
+            continue
+        trace = by_name[name]
+        figures = None if score is None else score.estimators.get(name)
+        cells = tuple(
+            "" if figures is None else form.format(getattr(figures, figure) * factor)
+            for _, figure, form, factor in FIGURES
+        )
+        rows.append(Row(name, trace.colour, trace.dash, trace.visible, cells))
+    return rows
+
+
+def _mean_rows(reports: Sequence[RecordingReport]) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the mean over several recordings, the best first; nothing for a single one."""
+    scores = [report.run.score for report in reports if report.run.score is not None]
+    if len(reports) < 2 or len(scores) < len(reports):
+        return []
+    means = sorted(mean_over(scores).items(), key=lambda item: item[1]["mse_deg2"])
+    return [
+        (name, tuple(form.format(values[key] * factor) for _, key, form, factor in FIGURES))
+        for name, values in means
+    ]
+
+
+def _comparison(options: Options) -> str:
+    parts = []
+    if options.reference_delay:
+        parts.append(f"reference {1e3 * options.reference_delay:g} ms later")
+    if options.reference_offset:
+        parts.append(f"reference {np.degrees(options.reference_offset):+g} deg")
+    if options.skip:
+        parts.append(f"first {options.skip:g} s not scored")
+    return "; ".join(parts)
+
+
+def _settings(done: Run) -> Mapping[str, Mapping[str, str]]:
+    """Return every setting in force by section."""
+    found = {
+        "robot": asdict(done.setup.robot),
+        "calibration": asdict(done.setup.calibration),
+        "correction": asdict(done.setup.correction),
+    }
+    for name, values in done.values.items():
+        found[f"filter {name}"] = filter_named(name).configure(values)._asdict()
+    return {
+        section: {key: _shown(value) for key, value in values.items()}
+        for section, values in found.items()
+        if values
+    }
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, Enum):
+        return str(value.value)
+    if isinstance(value, (tuple, list)):
+        return ", ".join(_shown(entry) for entry in value) or "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,82 @@
+"""What the plots draw: tilt and error of every estimator over time, in degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..evaluation import Association, Options, errors_of
+from ..offline import Run
+from ..recording import FloatArray, TiltTrack
+from .data import RAW, RecordingReport
+from .palette import MOTION, style_of
+
+REFERENCE = "reference"
+RAW_COLOUR = "#9A9A9A"
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """One line over time, and its error where there is a reference."""
+
+    name: str
+    colour: str
+    dash: str
+    visible: bool
+    times: FloatArray
+    """[s] from the recording's first sample, (n,)."""
+    tilt: FloatArray
+    """[deg], (n,)."""
+    error_times: FloatArray
+    """[s], (m,)."""
+    error: FloatArray
+    """Estimate minus reference [deg], (m,); empty where it is not known."""
+
+
+Styles = Mapping[str, tuple[str, str]]
+"""Colour and dash by name of the estimator."""
+
+
+def styles_of(reports: Sequence[RecordingReport]) -> Styles:
+    """Return one look for each estimator of all recordings, the first recording's best first."""
+    names = dict.fromkeys(name for report in reports for name in report.ranked)
+    return {name: style_of(index) for index, name in enumerate(names)}
+
+
+def traces_of(report: RecordingReport, styles: Styles, options: Options) -> list[Trace]:
+    """Return raw angle, estimators and reference, those in front last."""
+    return list(_traces(report, styles, options))
+
+
+def _traces(report: RecordingReport, styles: Styles, options: Options) -> Iterator[Trace]:
+    done = report.run
+    reference = done.recording.reference
+    association = Association(reference, options) if reference is not None else None
+    yield _trace(done, RAW, report.raw, (RAW_COLOUR, "solid"), False, association)
+    shown = report.shown
+    for name in reversed(report.ranked):
+        yield _trace(done, name, done.tracks[name], styles[name], name in shown, association)
+    if reference is not None:
+        tilt = np.unwrap(reference.tilt) + options.reference_offset
+        moved = TiltTrack(reference.stamps + round(options.reference_delay * 1e9), tilt)
+        yield _trace(done, REFERENCE, moved, (MOTION, "solid"), True, None)
+
+
+def _trace(
+    done: Run,
+    name: str,
+    track: TiltTrack,
+    style: tuple[str, str],
+    visible: bool,
+    association: Association | None,
+) -> Trace:
+    start = int(done.recording.imu.stamps[0])
+    times = np.asarray((track.stamps - start) * 1e-9, dtype=np.float64)
+    tilt = np.asarray(np.degrees(track.tilt), dtype=np.float64)
+    if association is None:
+        return Trace(name, *style, visible, times, tilt, np.empty(0), np.empty(0))
+    radians, known, _ = errors_of(track.stamps, track.tilt, association, start)
+    error = np.asarray(np.degrees(radians), dtype=np.float64)
+    return Trace(name, *style, visible, times, tilt, times[known], error)
