@@ -1,8 +1,8 @@
 """The covariance of an inertial navigation error, and what a measurement does to it.
 
-The error vector has 20 entries: attitude (3, level axes), velocity (3), position (3),
-distance rolled (1), gyro bias (3), gyro gain (3), accelerometer bias (3) and the rate beyond
-the gyro's range (1). Functions change the arrays they are given.
+The error vector has 21 entries: attitude (3, level axes), velocity (3), position (3),
+distance rolled (1), gyro bias (3), gyro gain (3), accelerometer bias (3), the rate beyond
+the gyro's range (1) and the lever arm's height (1). Functions change the arrays they are given.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from .strapdown import Matrix, Vector
 
-STATES = 20
+STATES = 21
 """Length of the error vector."""
 ATTITUDE, VELOCITY, POSITION, DISTANCE = 0, 3, 6, 9
 GYRO_BIAS, GYRO_GAIN, ACCEL_BIAS, EXCESS = 10, 13, 16, 19
+LEVER_UP = 20
 
 Array = NDArray[np.float64]
 
@@ -34,7 +35,7 @@ def advanced(
     """Return the covariance one window later, F P F'.
 
     Args:
-        p: covariance, (20, 20), symmetric.
+        p: covariance, (21, 21), symmetric.
         time: length of the window [s].
         turn: integral of the matrix from body to level axes [s].
         spin: the same with each column times the gyro's reading [rad].
@@ -71,18 +72,23 @@ def add_rows(p: Array, to: int, first: int, a: float, b: float, c: float) -> Non
         p[to, j] += a * p[first, j] + b * p[first + 1, j] + c * p[first + 2, j]
 
 
-def observe(p: Array, error: Array, h: Array, residual: float, variance: float, held: bool) -> None:
+def observe(
+    p: Array, error: Array, h: Array, residual: float, variance: float, slow: float, gains: float
+) -> None:
     """Take in one scalar measurement, in a form that keeps the covariance symmetric.
 
-    For any gain K, P <- P - K (h'P) - (Ph) K' + K s K' is the Joseph form written out.
+    For any gain K, P <- P - K (h'P) - (Ph) K' + K s K' is the Joseph form written out; a
+    gain smaller than the optimal one is the partial-update Schmidt-Kalman filter (Brink 2017).
 
     Args:
-        p: covariance, (20, 20).
-        error: estimated error so far, (20,).
-        h: the measurement's slopes, (20,).
+        p: covariance, (21, 21).
+        error: estimated error so far, (21,).
+        h: the measurement's slopes, (21,).
         residual: measured minus predicted before any correction.
         variance: of the measurement.
-        held: leave biases and gains as they are, and only consider their uncertainty.
+        slow: share of the correction that biases, gains and lever arm take; the rest of
+            it stays uncertainty that is only considered.
+        gains: the share of that which the gyro gains take.
     """
     spread = np.zeros(STATES)
     for i in range(STATES):
@@ -95,8 +101,9 @@ def observe(p: Array, error: Array, h: Array, residual: float, variance: float, 
             scatter += h[i] * spread[i]
             expected += h[i] * error[i]
     gain = spread / scatter
-    if held:
-        gain[10:19] = 0.0
+    gain[GYRO_BIAS:EXCESS] *= slow
+    gain[GYRO_GAIN:ACCEL_BIAS] *= gains
+    gain[LEVER_UP] *= slow
     error += (residual - expected) * gain
     rest = spread - 0.5 * scatter * gain
     for i in range(STATES):

@@ -14,14 +14,11 @@ every `PERIOD`.
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ..bounds import Bounds
-from ..robot import EncoderPlacement, Robot
-from ..samples import CorrectedSample, TiltEstimate
+from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
 from .base import Filter
 from .error_state import (
     ACCEL_BIAS,
@@ -29,6 +26,7 @@ from .error_state import (
     DISTANCE,
     GYRO_BIAS,
     GYRO_GAIN,
+    LEVER_UP,
     POSITION,
     STATES,
     VELOCITY,
@@ -36,6 +34,7 @@ from .error_state import (
     advanced,
     forget,
 )
+from .ins_parameters import Coefficients, Parameters, derive
 from .navigation import (
     Navigation,
     Reading,
@@ -54,7 +53,6 @@ from .odometer_aiding import (
     HOLD,
     ROOM_PERIOD,
     Aiding,
-    Geometry,
     aid,
     drifted_excess,
     estimate_excess,
@@ -63,105 +61,14 @@ from .odometer_aiding import (
 )
 from .strapdown import attitude_at, heading_of, matrix_of, tilt_of
 
+SCALE_MEMORY = 0.1
+"""How long the error from the accelerometer's scale stays alike [s]."""
 PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
 FIRST_TILT = 0.2
 """Standard deviation of a first tilt that says nothing of its own [rad]."""
 FIRST_VELOCITY = 0.3
 """Standard deviation of the first velocity [m/s]."""
-
-
-class Parameters(NamedTuple):
-    """What the filter is told of sensors, calibration and ground."""
-
-    gyro_bias: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1.0,
-            "rad/s",
-            "Standard deviation of the gyro bias that calibration left. "
-            "Larger learns it faster at the start.",
-            logarithmic=True,
-        ),
-    ] = math.radians(0.3)
-    gyro_drift: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1e-2,
-            "rad/s/sqrt(s)",
-            "Wandering of the gyro bias. Larger follows "
-            "temperature faster and lets more noise into the bias.",
-            logarithmic=True,
-        ),
-    ] = 1e-5
-    gyro_gain: Annotated[
-        float,
-        Bounds(0.0, 0.2, "1", "Standard deviation of the gyro's relative gain error."),
-    ] = 0.06
-    accel_bias: Annotated[
-        float,
-        Bounds(
-            0.0,
-            2.0,
-            "m/s^2",
-            "Standard deviation of what calibration left of the accelerometer's errors.",
-            logarithmic=True,
-        ),
-    ] = 0.02
-    accel_bias_time: Annotated[
-        float,
-        Bounds(0.1, 1e4, "s", "Time over which that error changes.", logarithmic=True),
-    ] = 100.0
-    wheel_noise: Annotated[
-        float,
-        Bounds(
-            1e-5,
-            0.1,
-            "m",
-            "Standard deviation of a wheel reading: encoder steps, play "
-            "and unevenness of the ground.",
-            logarithmic=True,
-        ),
-    ] = 5e-4
-    slip: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1.0,
-            "m/sqrt(m)",
-            "Error of the distance rolled per root of the distance.",
-            logarithmic=True,
-        ),
-    ] = 3e-3
-    room: Annotated[
-        float,
-        Bounds(
-            0.01,
-            100.0,
-            "m",
-            "How far the robot strays within `room_time` where no wheel "
-            "tells. Smaller trusts the accelerometer sooner.",
-            logarithmic=True,
-        ),
-    ] = 0.5
-    room_time: Annotated[
-        float,
-        Bounds(0.1, 1e3, "s", "Time over which a displacement is forgotten.", logarithmic=True),
-    ] = 10.0
-
-
-class Coefficients(NamedTuple):
-    """Parameters and robot as the numbers a step needs."""
-
-    gyro_bias: float
-    gyro_drift: float
-    gyro_gain: float
-    accel_bias: float
-    accel_bias_time: float
-    room_time: float
-    geometry: Geometry
 
 
 class State(NamedTuple):
@@ -176,28 +83,7 @@ class State(NamedTuple):
     window: Window
     aiding: Aiding
     covariance: Array
-    """Of the error vector of `error_state`, (20, 20)."""
-
-
-def derive(parameters: Parameters, robot: Robot) -> Coefficients:
-    """Put parameters and geometry together."""
-    geometry = Geometry(
-        lever=robot.lever_arm,
-        wheel_radius=robot.wheel_radius,
-        on_body=float(robot.encoder_placement is EncoderPlacement.BODY),
-        wheel_noise=parameters.wheel_noise,
-        slip=parameters.slip,
-        room=parameters.room,
-    )
-    return Coefficients(
-        parameters.gyro_bias,
-        parameters.gyro_drift,
-        parameters.gyro_gain,
-        parameters.accel_bias,
-        parameters.accel_bias_time,
-        parameters.room_time,
-        geometry,
-    )
+    """Of the error vector of `error_state`, (21, 21)."""
 
 
 def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
@@ -206,7 +92,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     zeros = (0.0, 0.0, 0.0)
     bias = (0.0, estimate.gyro_bias, 0.0)
     attitude = attitude_at(estimate.tilt, accel)
-    nav = Navigation(attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0)
+    nav = Navigation(attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0, 0.0)
     rate = (
         sample.gyro_x,
         sample.gyro_y - estimate.gyro_bias,
@@ -236,6 +122,7 @@ def _first_covariance(tilt: float, c: Coefficients) -> Array:
         p[GYRO_BIAS + i, GYRO_BIAS + i] = c.gyro_bias * c.gyro_bias
         p[GYRO_GAIN + i, GYRO_GAIN + i] = c.gyro_gain * c.gyro_gain
         p[ACCEL_BIAS + i, ACCEL_BIAS + i] = c.accel_bias * c.accel_bias
+    p[LEVER_UP, LEVER_UP] = c.lever_arm * c.lever_arm
     p[ATTITUDE, ATTITUDE] = p[ATTITUDE + 1, ATTITUDE + 1] = tilt
     return p
 
@@ -290,6 +177,7 @@ def _compare(
         fixed.gyro_gain,
         decayed(fixed.accel_bias, keep),
         drifted_excess(p, fixed.excess, window.time, sample),
+        fixed.lever_up,
     )
     unchecked = 0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked
     saturated = 1.0 if gyro_saturated(sample) else 0.0
@@ -329,13 +217,21 @@ def _propagated(covariance: Array, nav: Navigation, window: Window, c: Coefficie
     p[ACCEL_BIAS : ACCEL_BIAS + 3, :] *= keep
     p[:, ACCEL_BIAS : ACCEL_BIAS + 3] *= keep
     wander = c.accel_bias * c.accel_bias * (1.0 - keep * keep)
+    scale = c.accel_scale * c.accel_scale * SCALE_MEMORY * _acceleration_squared(window)
     for i in range(3):
         p[ATTITUDE + i, ATTITUDE + i] += window.attitude_noise[i]
-        p[VELOCITY + i, VELOCITY + i] += window.velocity_noise[i]
+        p[VELOCITY + i, VELOCITY + i] += window.velocity_noise[i] + scale * time
         p[GYRO_BIAS + i, GYRO_BIAS + i] += c.gyro_drift * c.gyro_drift * time
         p[ACCEL_BIAS + i, ACCEL_BIAS + i] += wander
     p[DISTANCE, DISTANCE] += c.geometry.slip * c.geometry.slip * abs(ahead) * time
     return p
+
+
+def _acceleration_squared(window: Window) -> float:
+    """Return the square of the mean acceleration [(m/s^2)^2]."""
+    x, y = window.push[0] / window.time, window.push[1] / window.time
+    z = window.push[2] / window.time - STANDARD_GRAVITY
+    return x * x + y * y + z * z
 
 
 def _tilt_variance(p: Array, heading: tuple[float, float]) -> float:

@@ -17,6 +17,7 @@ from .error_state import (
     EXCESS,
     GYRO_BIAS,
     GYRO_GAIN,
+    LEVER_UP,
     POSITION,
     VELOCITY,
     Array,
@@ -41,8 +42,9 @@ SATURATION_MEMORY = 0.02
 """How long the error of a saturated roll or yaw rate stays alike [s]."""
 SHOCK = 1.0
 """Change of velocity that one clipped sample may hide [m/s]."""
-JUMP = 1.0 / 12.0
-"""Variance of the mean of a jump at an unknown instant between two samples, per jump^2."""
+JUMP = 0.25
+"""Variance of the mean between two samples per square of their difference; a jump at an
+unknown instant alone gives 1/12."""
 
 _ZEROS = (0.0, 0.0, 0.0)
 _NO_TURN = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -64,6 +66,8 @@ class Navigation(NamedTuple):
     accel_bias: Vector
     excess: float
     """Tilt rate beyond the gyro's range while it is saturated [rad/s]."""
+    lever_up: float
+    """What to add to the height of the lever arm [m]."""
 
 
 class Reading(NamedTuple):
@@ -177,6 +181,7 @@ def integrate(
         nav.gyro_gain,
         nav.accel_bias,
         nav.excess,
+        nav.lever_up,
     )
     return moved, now
 
@@ -263,6 +268,7 @@ def repaired(nav: Navigation, error: Array) -> Navigation:
         _plus(nav.gyro_gain, error, GYRO_GAIN),
         _plus(nav.accel_bias, error, ACCEL_BIAS),
         nav.excess + float(error[EXCESS]),
+        nav.lever_up + float(error[LEVER_UP]),
     )
 
 

@@ -11,7 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..samples import CorrectedSample
-from .error_state import DISTANCE, EXCESS, POSITION, VELOCITY, Array, forget, observe, scatter_of
+from .error_state import (
+    DISTANCE,
+    EXCESS,
+    LEVER_UP,
+    POSITION,
+    VELOCITY,
+    Array,
+    forget,
+    observe,
+    scatter_of,
+)
 from .navigation import Navigation, Reading, clipped, gyro_saturated
 from .strapdown import Vector, cross, heading_of, matrix_of, rotated, tilt_of
 
@@ -21,8 +31,10 @@ SLIP_GATE = 3.0
 """A wheel reading this many standard deviations off is a slip."""
 FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
-ROOM_PERIOD = 0.5
+ROOM_PERIOD = 0.25
 """Time between two comparisons with the room [s]."""
+ROOM_GAIN_SHARE = 0.1
+"""Share of a correction that the gyro's gains take where only the room corrects."""
 SIDE_SLIP = 0.1
 """Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
 EXCESS_MEAN = 0.8
@@ -72,20 +84,26 @@ def aid(
     geometry: Geometry,
 ) -> None:
     """Compare with everything that is known at this sample."""
-    held = aiding.calm < HOLD
+    slow = 0.0 if aiding.calm < HOLD else 1.0
     if sample.wheel_count > 0.0:
-        _wheel(p, error, nav, sample, held, geometry)
+        _wheel(p, error, nav, sample, slow, geometry)
     if sample.wheel_count > 1.5:
-        _side(p, error, nav, now, held, geometry)
+        _side(p, error, nav, now, slow, geometry)
     if aiding.unchecked >= ROOM_PERIOD:
-        _room(p, error, nav, sample.wheel_count, held, geometry.room)
+        _room(p, error, nav, sample.wheel_count, slow, geometry.room)
+
+
+def lever_of(nav: Navigation, geometry: Geometry) -> Vector:
+    """Return the lever arm as estimated [m]."""
+    lever = geometry.lever
+    return lever[0], lever[1], lever[2] + nav.lever_up
 
 
 def rolled_distance(nav: Navigation, sample: CorrectedSample, geometry: Geometry) -> float:
     """Return the distance of the sensor along the heading as the wheels tell it [m]."""
     m = matrix_of(nav.attitude)
     forward, left = heading_of(m)
-    arm = rotated(m, geometry.lever)
+    arm = rotated(m, lever_of(nav, geometry))
     angle = sample.wheel_angle + geometry.on_body * tilt_of(m)
     return geometry.wheel_radius * angle + arm[0] * forward + arm[1] * left
 
@@ -95,50 +113,52 @@ def _wheel(
     error: Array,
     nav: Navigation,
     sample: CorrectedSample,
-    held: bool,
+    slow: float,
     geometry: Geometry,
 ) -> None:
     """Compare the distance moved with the distance rolled; a slip opens the distance."""
     m = matrix_of(nav.attitude)
     forward, left = heading_of(m)
-    height = rotated(m, geometry.lever)[2] + geometry.on_body * geometry.wheel_radius
+    height = rotated(m, lever_of(nav, geometry))[2] + geometry.on_body * geometry.wheel_radius
     h = np.zeros(error.size)
     h[0], h[1], h[DISTANCE] = height * left, -height * forward, 1.0
+    h[LEVER_UP] = -(m[2] * forward + m[5] * left)
     residual = rolled_distance(nav, sample, geometry) - nav.distance
     variance = geometry.wheel_noise * geometry.wheel_noise
     beyond = residual * residual - SLIP_GATE * SLIP_GATE * (scatter_of(p, h) + variance)
     if beyond > 0.0:
         p[DISTANCE, DISTANCE] += beyond
-    observe(p, error, h, residual, variance, held)
+    observe(p, error, h, residual, variance, slow, 1.0)
 
 
 def _side(
-    p: Array, error: Array, nav: Navigation, now: Reading, held: bool, geometry: Geometry
+    p: Array, error: Array, nav: Navigation, now: Reading, slow: float, geometry: Geometry
 ) -> None:
     """Two wheels on the ground do not move sideways."""
     m = matrix_of(nav.attitude)
     forward, left = heading_of(m)
-    swing = rotated(m, cross(now.rate, geometry.lever))
+    swing = rotated(m, cross(now.rate, lever_of(nav, geometry)))
     x, y = nav.velocity[0] - swing[0], nav.velocity[1] - swing[1]
     h = np.zeros(error.size)
     h[VELOCITY], h[VELOCITY + 1] = -left, forward
     h[2] = -(x * forward + y * left)
-    observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, held)
+    observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, slow, 1.0)
 
 
-def _room(p: Array, error: Array, nav: Navigation, wheels: float, held: bool, room: float) -> None:
+def _room(p: Array, error: Array, nav: Navigation, wheels: float, slow: float, room: float) -> None:
     """A balancing robot stays about where it was; wheels know better along the heading."""
     forward, left = heading_of(matrix_of(nav.attitude))
+    gains = 1.0 if wheels > 0.0 else ROOM_GAIN_SHARE
     h = np.zeros(error.size)
     h[POSITION + 2] = 1.0
-    observe(p, error, h, -nav.position[2], room * room, held)
+    observe(p, error, h, -nav.position[2], room * room, slow, gains)
     h[POSITION], h[POSITION + 1], h[POSITION + 2] = -left, forward, 0.0
     side = nav.position[0] * left - nav.position[1] * forward
-    observe(p, error, h, side, room * room, held)
+    observe(p, error, h, side, room * room, slow, gains)
     if wheels == 0.0:
         h[POSITION], h[POSITION + 1] = forward, left
         ahead = nav.position[0] * forward + nav.position[1] * left
-        observe(p, error, h, -ahead, room * room, held)
+        observe(p, error, h, -ahead, room * room, slow, gains)
 
 
 def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSample) -> None:
@@ -149,7 +169,7 @@ def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSa
     h = np.zeros(error.size)
     h[EXCESS] = 1.0
     if nav.excess * sample.gyro_y < 0.0 or not gyro_saturated(sample):
-        observe(p, error, h, -nav.excess, EXCESS_END * EXCESS_END, True)
+        observe(p, error, h, -nav.excess, EXCESS_END * EXCESS_END, 0.0, 0.0)
 
 
 def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample) -> float:
