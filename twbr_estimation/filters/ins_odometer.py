@@ -67,6 +67,8 @@ PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
 FIRST_TILT = 0.2
 """Standard deviation of a first tilt that says nothing of its own [rad]."""
+LOST = 4.0
+"""A variance of the attitude that says no more than the next accelerometer reading [rad^2]."""
 FIRST_VELOCITY = 0.3
 """Standard deviation of the first velocity [m/s]."""
 
@@ -159,6 +161,9 @@ def _compare(
 ) -> State:
     """Bring the covariance up to date, compare with the wheels, repair the navigation."""
     p = _propagated(covariance, nav, window, c)
+    if not p[0, 0] + p[1, 1] < LOST:
+        bias = nav.gyro_bias[1]
+        return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
     error = np.zeros(STATES)
     if sample.wheel_count > 0.0 and sample.wheel_count != aiding.wheels:
         error[DISTANCE] = rolled_distance(nav, sample, c.geometry) - nav.distance
