@@ -19,6 +19,8 @@ from .recording import FloatArray, Recording, StampArray, TiltTrack
 
 LARGEST_REFERENCE_GAP = 0.1
 """Reference samples further apart than this [s], and than five periods, are a gap."""
+LARGEST_TILT = 1e6
+"""An estimate beyond it [rad] has diverged."""
 _GAP_PERIODS = 5.0
 _DELAY_ITERATIONS = 4
 _DELAY_SAMPLES = 5_000
@@ -149,6 +151,8 @@ class ErrorSums:
         Raises:
             RecordingError: there is no error yet.
         """
+        if self.samples == self.left_out == 0:
+            raise RecordingError("no sample is left to compare; check the skipped time")
         if self.samples == 0:
             raise RecordingError(
                 f"estimate and reference do not overlap: of {self.left_out} samples none has a "
@@ -251,27 +255,45 @@ def score_recording(
         warnings: passed on.
 
     Raises:
-        RecordingError: there is no reference, or it overlaps with no estimate.
+        RecordingError: there is no reference, it overlaps with no estimate, or all diverge.
     """
     if recording.reference is None:
         raise RecordingError(f"{recording.source}: there is no reference to compare with")
     options = options or Options()
-    association = Association(recording.reference, options)
     first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
-    scores = {}
-    for name, track in estimates.items():
-        try:
+    finite, found = _finite(estimates, int(recording.imu.stamps[0]))
+    scores, name = {}, "reference"
+    try:
+        association = Association(recording.reference, options)
+        for name, track in finite.items():
             scores[name] = score(track.stamps, track.tilt, association, first)
-        except RecordingError as error:
-            raise RecordingError(f"{recording.source}: {name}: {error}") from None
+    except RecordingError as error:
+        raise RecordingError(f"{recording.source}: {name}: {error}") from None
+    if found and not scores:
+        raise RecordingError(f"{recording.source}: {'; '.join(found)}")
     return RecordingScore(
         source=recording.source,
         dt=recording.dt,
         samples=int(recording.imu.stamps.size),
         estimators=scores,
         repairs=recording.repairs,
-        warnings=tuple(warnings),
+        warnings=(*warnings, *found),
     )
+
+
+def _finite(
+    estimates: Mapping[str, TiltTrack], start: int
+) -> tuple[dict[str, TiltTrack], list[str]]:
+    """Return the estimates that stay numbers, and what is to be said of the others."""
+    kept, found = {}, []
+    for name, track in estimates.items():
+        wild = ~(np.abs(track.tilt) < LARGEST_TILT)
+        if not wild.any():
+            kept[name] = track
+            continue
+        since = float(track.stamps[int(np.argmax(wild))] - start) * 1e-9
+        found.append(f"{name}: diverges; it is no angle from {since:.3f} s on and left out")
+    return kept, found
 
 
 _FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg", "delay_s")

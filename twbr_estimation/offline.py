@@ -14,6 +14,7 @@ from .correction import SATURATION_MARGIN
 from .errors import ConfigurationError
 from .evaluation import Options, RecordingScore, score_recording
 from .filters import filter_named, filters
+from .plausibility import doubts
 from .presets import preset
 from .recording import FloatArray, Recording, TiltTrack
 from .robot import CorrectionSettings, Setup
@@ -24,6 +25,7 @@ CONFIG_FOLDER = "config"
 """Folder inside a recording that describes its robot."""
 TERMS = ("euler", "centrifugal", "wheel")
 """Motion terms of the correction that can be switched off."""
+_DEFAULT_ROBOT = "geometry is that of `Robot`'s defaults, calibration none"
 NOTEWORTHY_SATURATION = 0.001
 """A larger share of saturated samples is worth a warning."""
 
@@ -50,11 +52,21 @@ class Request:
         """Return the filters to run.
 
         Raises:
-            ConfigurationError: there is no such filter.
+            ConfigurationError: there is no such filter, a value belongs to none of them, or an
+                estimator bears the name of one.
         """
-        if not self.names or "all" in self.names:
-            return tuple(filters())
-        return tuple(filter_named(name).name for name in dict.fromkeys(self.names))
+        names = tuple(
+            filter_named(name).name for name in dict.fromkeys(self.names) if name != "all"
+        )
+        if not names or "all" in self.names:
+            names = tuple(filters())
+        for name in self.values:
+            if filter_named(name).name not in names:
+                raise ConfigurationError(f"{name} has values but does not run; name it, too")
+        for name in self.estimators:
+            if name in filters():
+                raise ConfigurationError(f"estimator {name}: this is a filter's name; take another")
+        return names
 
 
 def configuration(
@@ -120,12 +132,13 @@ def run(path: Path, request: Request, *, reference: bool = True) -> Run:
     Raises:
         TwbrError: the recording or the configuration cannot be used.
     """
+    chosen = request.chosen()
     required = ("reference",) if reference else ()
     recording = read_recording(path, request.topics, request.estimators, required)
     setup, settings = configuration(path, recording.dt, request.config, request.preset)
     if request.terms is not None:
         setup = with_terms(setup, request.terms)
-    chosen = request.chosen()
+    _require_stable(setup.correction, recording.dt)
     values = {
         name: {**settings.values.get(name, {}), **request.values.get(name, {})} for name in chosen
     }
@@ -133,6 +146,10 @@ def run(path: Path, request: Request, *, reference: bool = True) -> Run:
     tracks = {name: TiltTrack(run.stamps, run.tilt) for name, run in runs.items()}
     tracks.update(recording.estimators)
     warnings = warnings_for(recording, setup, settings, values)
+    if request.config is None and not (path / CONFIG_FOLDER).is_dir():
+        warnings += (
+            f"{path}: no robot is described there and no --config given; {_DEFAULT_ROBOT}",
+        )
     score = None
     if recording.reference is not None:
         score = score_recording(recording, tracks, request.options, warnings)
@@ -160,22 +177,21 @@ def warnings_for(
     dt = recording.dt
     entries = [filter_named(name) for name in values]
     found = list(settings.warnings(dt, entries))
-    found += _correction_warnings(setup.correction, dt)
     for entry in entries:
         found += entry.warnings(entry.configure(values[entry.name]), dt)
-    found += _saturation_warnings(recording, setup)
+    found += [*_saturation_warnings(recording, setup), *doubts(recording, setup)]
     return tuple(found)
 
 
-def _correction_warnings(correction: CorrectionSettings, dt: float) -> list[str]:
-    found = []
+def _require_stable(correction: CorrectionSettings, dt: float) -> None:
+    """Raise where a low-pass of the correction diverges at this sampling period [s]."""
     for name in ("rate_time_constant", "velocity_time_constant"):
         value = getattr(correction, name)
-        if value <= -0.5 * dt:
-            found.append(
-                f"correction.{name}: {value:g} s is unstable; above {-0.5 * dt:g} s is not"
+        if value <= -0.5 * dt < 0.0:
+            raise ConfigurationError(
+                f"correction.{name}: {value:g} s is unstable at a sampling period of {dt:g} s; "
+                f"it must be above {-0.5 * dt:g} s"
             )
-    return found
 
 
 def _saturation_warnings(recording: Recording, setup: Setup) -> list[str]:

@@ -120,7 +120,14 @@ def test_reference_options_and_skip(bags, capsys):
         (["--terms", "gravity"], "there are euler, centrifugal, wheel, none"),
         (["--config", "/nowhere/at/all"], "/nowhere/at/all: there is no such"),
         (["--reference-topic", "/nothing"], "/nothing"),
-        (["--skip", "1000"], "do not overlap"),
+        (["--skip", "1000"], "no sample is left to compare; check the skipped time"),
+        (["--skip", "-1"], "--skip -1: must be 0 s or more"),
+        (["--reference-delay", "1000"], "do not overlap"),
+        (["--set", "unheard_of.gain=1"], "there is no filter 'unheard_of'"),
+        (["--filter", "gyro", "--set", "kalman.r=1"], "kalman has values but does not run"),
+        (["--estimator", "kalman=/imu/dmp"], "estimator kalman: this is a filter's name"),
+        (["--estimator", "a=/b", "--estimator", "a=/c"], "--estimator a=/c: a is /b already"),
+        (["--wheel-joints", "a,b,c"], "--wheel-joints"),
         (["--estimator", "chip=/nothing"], "/nothing"),
         (["--json", "/nowhere/at/all.json"], "/nowhere/at/all.json"),
     ],
@@ -133,3 +140,32 @@ def test_errors_say_what_was_wrong(bags, capsys, arguments, message):
 def test_warns_of_another_sampling_period_and_of_eigenvalues(bags, capsys):
     assert main(["evaluate", str(bags[0]), "--filter", "alpha_beta_theta_wa_a"]) == 0
     assert "eigenvalue of A - KCA" in capsys.readouterr().out
+
+
+def test_a_diverging_filter_is_left_out_and_said(bags, capsys):
+    wild = [f"--set=alpha_beta_classic.{value}" for value in ("alpha=1", "beta=4")]
+    document = evaluated(capsys, bags[0], *wild)
+    assert set(document["mean"]) == set(filters()) - {"alpha_beta_classic"}
+    (warning,) = [text for text in document["recordings"][0]["warnings"] if "diverges" in text]
+    assert warning.startswith("alpha_beta_classic: diverges; it is no angle from")
+    assert main(["evaluate", str(bags[0]), "--filter", "alpha_beta_classic", *wild]) == 1
+    assert "alpha_beta_classic: diverges" in capsys.readouterr().err
+
+
+def test_an_unstable_low_pass_is_refused(bags, capsys, tmp_path):
+    (tmp_path / "filters.yaml").write_text(
+        "/**: {ros__parameters: {correction: {rate_time_constant: -0.001}}}"
+    )
+    assert main(["evaluate", str(bags[0]), "--config", str(tmp_path)]) == 1
+    assert "must be above -0.001 s" in " ".join(capsys.readouterr().err.split())
+
+
+def test_says_that_the_robot_is_unknown_where_nothing_describes_it(bags, capsys, tmp_path):
+    def unknown(*arguments: object) -> bool:
+        entry = evaluated(capsys, "--filter", "gyro", *arguments)["recordings"][0]
+        return any("no robot is described" in text for text in entry["warnings"])
+
+    write_section(tmp_path / "robot.yaml", Robot())
+    assert unknown(bags[1])
+    assert not unknown(bags[1], "--config", tmp_path)
+    assert not unknown(bags[0])

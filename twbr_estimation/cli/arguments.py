@@ -142,11 +142,13 @@ def comparison(arguments: argparse.Namespace) -> Options:
     """Return how estimates are compared with the reference.
 
     Raises:
-        ConfigurationError: a value that is not finite.
+        ConfigurationError: a value that is not finite, or a negative time to skip.
     """
     for flag in ("reference_delay", "reference_offset", "skip"):
         if not math.isfinite(getattr(arguments, flag)):
             raise ConfigurationError(f"--{flag.replace('_', '-')}: must be a finite number")
+    if arguments.skip < 0.0:
+        raise ConfigurationError(f"--skip {arguments.skip:g}: must be 0 s or more")
     return Options(
         arguments.reference_delay, math.radians(arguments.reference_offset), arguments.skip
     )
@@ -156,9 +158,15 @@ def named_topics(pairs: list[str]) -> dict[str, str]:
     """Return NAME=TOPIC arguments as topics by name.
 
     Raises:
-        ConfigurationError: an argument without a name or a topic.
+        ConfigurationError: an argument without a name or a topic, or a name given twice.
     """
-    return dict(_split(pair, "--estimator", "NAME=TOPIC") for pair in pairs)
+    named: dict[str, str] = {}
+    for pair in pairs:
+        name, topic = _split(pair, "--estimator", "NAME=TOPIC")
+        if name in named:
+            raise ConfigurationError(f"--estimator {pair}: {name} is {named[name]} already")
+        named[name] = topic
+    return named
 
 
 def parameter_values(pairs: list[str]) -> dict[str, dict[str, float]]:
