@@ -14,7 +14,7 @@ from types import FunctionType
 from typing import Any
 
 import numba
-from numba.extending import register_jitable
+from numba.extending import overload
 
 
 def compiled(run: Callable[..., Any], version: str, *called: Callable[..., Any]) -> Any:
@@ -40,15 +40,23 @@ _COMPILABLE: set[FunctionType] = set()
 
 
 def _let_compile(function: Any) -> None:
-    """Allow compiled code to call `function` and the plain functions it calls in turn."""
+    """Allow compiled code to call `function` and the plain functions it calls in turn.
+
+    A function marked with `filters.base.compiled_as` is compiled in its other spelling.
+    """
     if function in _COMPILABLE:
         return
     _COMPILABLE.add(function)
-    for name in function.__code__.co_names:
-        called = function.__globals__.get(name)
+    spelled = getattr(function, "compiled_as", function)
+    for name in spelled.__code__.co_names:
+        called = spelled.__globals__.get(name)
         if isinstance(called, FunctionType):
             _let_compile(called)
-    register_jitable(error_model="numpy")(function)
+
+    @overload(function, jit_options={"error_model": "numpy"}, strict=False)
+    def _(*arguments: Any) -> Any:
+        del arguments
+        return spelled
 
 
 @cache

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ from ..bounds import within
 from ..errors import ConfigurationError
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,19 @@ def _declared(entry: Filter) -> tuple[Parameter, ...]:
         Parameter(name, float(defaults[name]), hints[name].__metadata__[0])
         for name in entry.parameters._fields
     )
+
+
+def compiled_as(loops: Callable[..., Any]) -> Callable[[Function], Function]:
+    """Spell an array operation in loops where it is compiled.
+
+    Both spellings must do the same operations on each element in the same order.
+    """
+
+    def mark(function: Function) -> Function:
+        function.compiled_as = loops  # type: ignore[attr-defined]
+        return function
+
+    return mark
 
 
 def estimate_of(state: Any) -> TiltEstimate:
