@@ -16,6 +16,7 @@ import numpy as np
 from . import correction
 from .compilation import compiled, source_version
 from .filters.base import Filter, filter_named
+from .oversampling import Oversampler
 from .pairing import SampleTrack, pair
 from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
@@ -129,8 +130,27 @@ def run_filter(
     return EstimateTrack(corrected.stamps, estimates, state)
 
 
+def oversampled(corrected: CorrectedTrack, period: float) -> CorrectedTrack:
+    """Combine corrected samples into a loop of `period` [s], as an `Oversampler` would.
+
+    The samples of a last interval that does not end are left out.
+    """
+    if corrected.stamps.size == 0:
+        return corrected
+    oversampler, kept, columns = Oversampler(period), [], []
+    for index, column in enumerate(corrected.columns.T.tolist()):
+        sample = oversampler.add(CorrectedSample(*column))
+        if sample is not None:
+            kept.append(index)
+            columns.append(sample)
+    return CorrectedTrack(corrected.stamps[kept], np.array(columns).T.copy())
+
+
 def estimate_recording(
-    recording: Recording, setup: Setup, settings: Mapping[str, Mapping[str, float]]
+    recording: Recording,
+    setup: Setup,
+    settings: Mapping[str, Mapping[str, float]],
+    loop_period: float = 0.0,
 ) -> dict[str, EstimateTrack]:
     """Correct a recording once and run several filters over it.
 
@@ -138,6 +158,7 @@ def estimate_recording(
         recording: IMU and, where there are any, wheels.
         setup: robot, calibration and correction settings.
         settings: parameter values by filter name; missing ones take their defaults.
+        loop_period: period [s] for which the corrected samples are combined; 0 takes each.
 
     Raises:
         ConfigurationError: an unknown filter or parameter, or a value out of bounds.
@@ -145,6 +166,8 @@ def estimate_recording(
     chosen = [(filter_named(name), values) for name, values in settings.items()]
     ready = [(entry, entry.configure(values)) for entry, values in chosen]
     corrected = correct(pair(recording.imu, recording.wheels), setup)
+    if loop_period > 0.0:
+        corrected = oversampled(corrected, loop_period)
     return {
         entry.name: run_filter(entry, parameters, corrected, setup.robot)
         for entry, parameters in ready

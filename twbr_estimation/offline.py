@@ -47,6 +47,8 @@ class Request:
     estimators: Mapping[str, str] = field(default_factory=dict)
     """Topics of further estimators in the recording, by name."""
     options: Options = field(default_factory=Options)
+    loop_period: float = 0.0
+    """Period [s] for which samples are combined before the filters; 0 takes each."""
 
     def chosen(self) -> tuple[str, ...]:
         """Return the filters to run.
@@ -135,17 +137,18 @@ def run(path: Path, request: Request, *, reference: bool = True) -> Run:
     chosen = request.chosen()
     required = ("reference",) if reference else ()
     recording = read_recording(path, request.topics, request.estimators, required)
-    setup, settings = configuration(path, recording.dt, request.config, request.preset)
+    loop = max(request.loop_period, recording.dt)
+    setup, settings = configuration(path, loop, request.config, request.preset)
     if request.terms is not None:
         setup = with_terms(setup, request.terms)
     _require_stable(setup.correction, recording.dt)
     values = {
         name: {**settings.values.get(name, {}), **request.values.get(name, {})} for name in chosen
     }
-    runs = batch.estimate_recording(recording, setup, values)
+    runs = batch.estimate_recording(recording, setup, values, request.loop_period)
     tracks = {name: TiltTrack(run.stamps, run.tilt) for name, run in runs.items()}
     tracks.update(recording.estimators)
-    warnings = warnings_for(recording, setup, settings, values)
+    warnings = warnings_for(recording, setup, settings, values, request.loop_period)
     if request.config is None and not (path / CONFIG_FOLDER).is_dir():
         warnings += (
             f"{path}: no robot is described there and no --config given; {_DEFAULT_ROBOT}",
@@ -172,9 +175,10 @@ def warnings_for(
     setup: Setup,
     settings: Settings,
     values: Mapping[str, Mapping[str, float]],
+    loop_period: float = 0.0,
 ) -> tuple[str, ...]:
     """Return what a user should know before trusting figures made with these settings."""
-    dt = recording.dt
+    dt = max(loop_period, recording.dt)
     entries = [filter_named(name) for name in values]
     found = list(settings.warnings(dt, entries))
     for entry in entries:

@@ -169,3 +169,14 @@ def test_says_that_the_robot_is_unknown_where_nothing_describes_it(bags, capsys,
     assert unknown(bags[1])
     assert not unknown(bags[1], "--config", tmp_path)
     assert not unknown(bags[0])
+
+
+def test_a_slower_loop_combines_the_samples(bags, capsys):
+    names = ("--filter", "complementary")
+    each = evaluated(capsys, bags[0], *names)["recordings"][0]["estimators"]["complementary"]
+    slow = evaluated(capsys, bags[0], *names, "--loop-period", "0.02")
+    combined = slow["recordings"][0]["estimators"]["complementary"]
+    assert combined["samples"] == pytest.approx(each["samples"] / 10, abs=1)
+    assert combined["mse_deg2"] < 3.0 * each["mse_deg2"]
+    assert main(["evaluate", str(bags[0]), "--loop-period", "-1"]) == 1
+    assert "--loop-period: -1 s" in capsys.readouterr().err

@@ -11,6 +11,7 @@ from ..bags.topics import ROLES
 from ..errors import ConfigurationError
 from ..evaluation import Options
 from ..offline import TERMS, Request
+from ..samples import RESTART_GAP
 
 
 def add_recordings(parser: argparse.ArgumentParser, count: int | str = "+") -> None:
@@ -89,6 +90,13 @@ def add_request(parser: argparse.ArgumentParser) -> None:
         metavar="TERM[,TERM]",
         help=f"motion terms to remove: some of {', '.join(TERMS)}, or none; default: as configured",
     )
+    parser.add_argument(
+        "--loop-period",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="combine the samples of S seconds for a slower loop; default: take each",
+    )
     add_comparison(parser)
 
 
@@ -113,7 +121,14 @@ def request_of(arguments: argparse.Namespace) -> Request:
         topics=topic_names(arguments),
         estimators=named_topics(arguments.estimator),
         options=comparison(arguments),
+        loop_period=_loop_period(arguments.loop_period),
     )
+
+
+def _loop_period(period: float) -> float:
+    if not 0.0 <= period <= RESTART_GAP:
+        raise ConfigurationError(f"--loop-period: {period:g} s is not within 0 to {RESTART_GAP:g}")
+    return period
 
 
 def add_comparison(parser: argparse.ArgumentParser) -> None:

@@ -58,7 +58,9 @@ class CorrectionNode(Node):
             lambda values: settings_from(Setup(), values),
             lambda setup: self._stream.configure(setup),
         )
-        self._stream = CorrectionStream(setup.current, inputs.wheel_wait, KEPT_SAMPLES)
+        self._stream = CorrectionStream(
+            setup.current, inputs.wheel_wait, KEPT_SAMPLES, inputs.loop_period
+        )
         self._setup, self._listener = setup, listener
         self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
         self._wheels = WheelDecoder(*self.wheel_joints)

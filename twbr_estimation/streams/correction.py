@@ -6,6 +6,7 @@ import math
 from collections import Counter, deque
 
 from ..correction import SATURATION_MARGIN, Corrector
+from ..oversampling import Oversampler
 from ..pairing import DEFAULT_WAIT, Pairer, WheelReading
 from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample
@@ -24,13 +25,20 @@ class CorrectionStream:
     wheel reading is there or the bounded wait is over.
     """
 
-    def __init__(self, setup: Setup, wait: float = DEFAULT_WAIT, keep: int = 0) -> None:
+    def __init__(
+        self,
+        setup: Setup,
+        wait: float = DEFAULT_WAIT,
+        keep: int = 0,
+        loop_period: float = 0.0,
+    ) -> None:
         """Start without a past.
 
         Args:
             setup: Robot, calibration and settings.
             wait: How much later [s] than a sample its wheel reading may be stamped.
             keep: How many of the latest raw samples `recent` holds.
+            loop_period: Period [s] for which corrected samples are combined; 0 passes each on.
         """
         self.imu_guard = StampGuard()
         self.wheel_guard = StampGuard()
@@ -42,6 +50,7 @@ class CorrectionStream:
         """The latest raw samples, for a calibration."""
         self._corrector = Corrector(setup)
         self._pairer = Pairer(wait)
+        self._oversampler = Oversampler(loop_period)
         self._started = self._restarted = False
         self.configure(setup)
 
@@ -86,6 +95,7 @@ class CorrectionStream:
     def reset(self) -> None:
         """Forget everything but the counts."""
         self._pairer.reset()
+        self._oversampler.reset()
         self._corrector.reset()
         self.recent.clear()
         self._restarted = self._started
@@ -97,7 +107,10 @@ class CorrectionStream:
         self._restarted = True
 
     def _corrected(self, samples: list[tuple[int, Sample]]) -> Stamped:
-        return [(stamp, self._correct(sample)) for stamp, sample in samples]
+        combined = (
+            (stamp, self._oversampler.add(self._correct(sample))) for stamp, sample in samples
+        )
+        return [(stamp, sample) for stamp, sample in combined if sample is not None]
 
     def _correct(self, sample: Sample) -> CorrectedSample:
         if self._restarted:

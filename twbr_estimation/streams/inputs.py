@@ -30,6 +30,16 @@ class InputSettings:
             "more and delays the tilt; 0 extrapolates and never waits.",
         ),
     ] = DEFAULT_WAIT
+    loop_period: Annotated[
+        float,
+        Bounds(
+            0.0,
+            0.1,
+            "s",
+            "Period for which corrected samples are combined into one, instead of dropping some "
+            "where a loop is slower than the sensor; 0 passes each on. Raw input only",
+        ),
+    ] = 0.0
     left_wheel_joint: str = "left_wheel_joint"
     """Name of the left wheel in `joint_states`; one of the two wheels is enough. Where a robot
     has neither joint, `wheel_joint` counts."""

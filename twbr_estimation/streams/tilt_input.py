@@ -19,7 +19,9 @@ class TiltInput:
         self.raw = False
         """Whether the latest message reported no orientation and was corrected here."""
         self._corrected = CorrectedStream(settings.wheel_wait)
-        self._correction = CorrectionStream(setup, settings.wheel_wait)
+        self._correction = CorrectionStream(
+            setup, settings.wheel_wait, loop_period=settings.loop_period
+        )
         self._wheels = WheelDecoder(settings.left_wheel_joint, settings.right_wheel_joint)
 
     @property

@@ -1,0 +1,62 @@
+"""What samples at 1 kHz give a loop of 10 or 20 ms: mean square errors on the simulated rig.
+
+python bench/bench_oversampling.py [SEEDS]
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from twbr_estimation.batch import CorrectedTrack, correct, oversampled, run_filter
+from twbr_estimation.filters import filter_named
+from twbr_estimation.pairing import pair
+from twbr_estimation.recording import ImuTrack
+from twbr_estimation.simulation import Simulated, simulate
+
+FILTERS = ("complementary", "kalman", "ins_odometer")
+WORLDS = ("W1", "W2", "W4")
+FIRST_SEED = 401
+FAST = 0.001
+LOOPS = (10, 20)
+"""Samples in an interval of the loop."""
+
+
+def mse_deg2(name: str, corrected: CorrectedTrack, simulated: Simulated) -> float:
+    """Return the mean square error against the truth [deg^2]."""
+    entry, truth = filter_named(name), simulated.recording.truth
+    assert truth is not None
+    track = run_filter(entry, entry.configure(), corrected, simulated.setup.robot)
+    error = track.tilt - np.interp(track.stamps, truth.stamps, truth.tilt)
+    error -= 2.0 * np.pi * np.round(error / (2.0 * np.pi))
+    return float(np.mean(np.degrees(error) ** 2))
+
+
+def plain(simulated: Simulated, every: int) -> CorrectedTrack:
+    """Return what a loop gets that reads one sample an interval."""
+    imu = simulated.recording.imu
+    slow = ImuTrack(imu.stamps[::every], imu.gyro[::every], imu.accel[::every])
+    return correct(pair(slow, simulated.recording.wheels), simulated.setup)
+
+
+def main(seeds: int) -> None:
+    """Print mean (median) over the seeds for every world, loop and filter."""
+    print("| world | loop | filter | one sample | combined | every sample |")
+    print("|---|---|---|---|---|---|")
+    for world in WORLDS:
+        drives = [simulate(world, FAST, 60.0, FIRST_SEED + k) for k in range(seeds)]
+        fast = [correct(pair(s.recording.imu, s.recording.wheels), s.setup) for s in drives]
+        for every in LOOPS:
+            slow = [plain(simulated, every) for simulated in drives]
+            kept = [oversampled(corrected, FAST * every) for corrected in fast]
+            for name in FILTERS:
+                cells = []
+                for tracks in (slow, kept, fast):
+                    mse = [mse_deg2(name, t, s) for t, s in zip(tracks, drives, strict=True)]
+                    cells.append(f"{np.mean(mse):.3g} ({np.median(mse):.3g})")
+                print(f"| {world} | {every} ms | `{name}` | {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10)
