@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from rosbags.interfaces import Connection
-from rosbags.rosbag1 import Reader
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.store import Typestore
 
 from ..errors import RecordingError
 from .batch import MessageBatch, joined
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag1 import Reader
+    from rosbags.typesys.store import Typestore
 
 MAGIC = b"#ROSBAG V2.0"
 _ROWS = 16384
@@ -30,6 +32,10 @@ class Ros1Storage:
 
     def batches(self, wanted: frozenset[str]) -> Iterator[tuple[str, MessageBatch]]:
         """Yield the wanted topics' messages in the order of time."""
+        # Imported here: few recordings are ROS 1 bags, and the others are read sooner without.
+        from rosbags.rosbag1 import Reader
+        from rosbags.typesys import Stores, get_typestore
+
         typestore = get_typestore(Stores.ROS2_JAZZY)
         try:
             with Reader(self.path) as bag:

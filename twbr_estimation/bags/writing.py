@@ -6,18 +6,9 @@ import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
 from ..errors import RecordingError
 from ..recording import SINGLE_WHEEL_JOINT, Recording, StampArray, TiltTrack
@@ -29,18 +20,8 @@ from .encoding import (
 )
 from .topics import IMU, JOINT_STATE, TEMPERATURE, TopicNames
 
-_FOREVER = QosTime(9223372036, 854775807)
-_QOS = Qos(
-    QosHistory.KEEP_LAST,
-    10,
-    QosReliability.RELIABLE,
-    QosDurability.VOLATILE,
-    _FOREVER,
-    _FOREVER,
-    QosLiveliness.AUTOMATIC,
-    _FOREVER,
-    avoid_ros_namespace_conventions=False,
-)
+if TYPE_CHECKING:
+    from rosbags.interfaces import Qos
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +58,10 @@ def write_recording(
     Raises:
         RecordingError: something exists at `path`, or is no recording that may be deleted.
     """
+    # rosbags is imported where something is written: reading does without, and starts sooner.
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
     target = Path(path)
     topics = [*_recording_topics(recording), *extra_messages]
     _make_room(target, overwrite)
@@ -86,12 +71,30 @@ def write_recording(
     with writer:
         connections = [
             writer.add_connection(
-                entry.topic, entry.type, typestore=typestore, offered_qos_profiles=[_QOS]
+                entry.topic, entry.type, typestore=typestore, offered_qos_profiles=[_reliable()]
             )
             for entry in topics
         ]
         for topic, index, stamp in _in_time(topics):
             writer.write(connections[topic], stamp, topics[topic].messages[index])
+
+
+def _reliable() -> Qos:
+    """Return rosbag2's description of ROS' default quality of service."""
+    from rosbags import interfaces as rosbags
+
+    forever = rosbags.QosTime(9223372036, 854775807)
+    return rosbags.Qos(
+        rosbags.QosHistory.KEEP_LAST,
+        10,
+        rosbags.QosReliability.RELIABLE,
+        rosbags.QosDurability.VOLATILE,
+        forever,
+        forever,
+        rosbags.QosLiveliness.AUTOMATIC,
+        forever,
+        avoid_ros_namespace_conventions=False,
+    )
 
 
 def estimator_topic(name: str) -> str:
