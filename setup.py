@@ -11,8 +11,9 @@ VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
 DASK = ["distributed>=2023.12"]
-REPORT = ["allantools>=2024.4", "bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
-TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10", *DASK, *REPORT]
+NOISE = ["allantools>=2024.4", "matplotlib>=3.8"]
+REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
+TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10", *DASK, *NOISE, *REPORT]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
 HARDWARE = ["smbus2>=0.4.3", "gpiod>=2.1"]
 
@@ -51,6 +52,7 @@ setup(
         "hardware": HARDWARE,
         "import": ["h5py>=3.10"],
         "dask": DASK,
+        "noise": NOISE,
         "report": REPORT,
         "test": TEST,
         "dev": [*TEST, *LINT, *HARDWARE],

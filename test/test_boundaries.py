@@ -30,7 +30,7 @@ ROS = {
     "lifecycle_msgs", "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs",
     "launch", "launch_ros", "ament_index_python", "rosidl_runtime_py",
 }  # fmt: skip
-HEAVY = {"numba", "scipy", "matplotlib", "pandas", "rosbags", "mcap"}
+HEAVY = {"allantools", "bokeh", "matplotlib", "mcap", "numba", "pandas", "rosbags", "scipy"}
 
 MODULES = sorted(PACKAGE.rglob("*.py"))
 

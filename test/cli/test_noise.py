@@ -15,7 +15,7 @@ from twbr_estimation.cli.simulate import write_simulated
 from twbr_estimation.recording import ImuTrack
 from twbr_estimation.simulation import simulate
 
-pytest.importorskip("allantools", reason="the extra `report` is not installed")
+pytest.importorskip("allantools", reason="the extra `noise` is not installed")
 
 
 def figures(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict]:

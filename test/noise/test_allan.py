@@ -9,7 +9,7 @@ import pytest
 
 from twbr_estimation.noise import allan_curve
 
-allantools = pytest.importorskip("allantools", reason="the extra `report` is not installed")
+allantools = pytest.importorskip("allantools", reason="the extra `noise` is not installed")
 
 PERIOD, COUNT = 0.01, 200_000
 

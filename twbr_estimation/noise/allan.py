@@ -71,7 +71,7 @@ def allan_curve(values: FloatArray, period: float, axis: str, unit: str) -> Alla
         from allantools import oadev
     except ImportError as error:
         raise ConfigurationError(
-            "the Allan deviation needs allantools: pip install 'twbr_estimation[report]'"
+            "the Allan deviation needs allantools: pip install 'twbr_estimation[noise]'"
         ) from error
     longest = values.size // FEWEST_CLUSTERS
     octaves = math.log2(longest)

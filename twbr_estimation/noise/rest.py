@@ -67,7 +67,7 @@ def drift(values: FloatArray, period: float, window: float) -> Drift:
         period: sampling period [s].
         window: length of a window [s].
     """
-    size = min(values.shape[0], max(1, round(window / period)))
+    size = min(values.shape[0], max(1, int(window / period)))
     count = values.shape[0] // size
     means = values[: count * size].reshape(count, size, 3).mean(axis=1)
     return Drift(size * period, (np.arange(count) + 0.5) * size * period, means)

@@ -29,9 +29,7 @@ def canvas(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise ConfigurationError(
-            "pictures need matplotlib: pip install 'twbr_estimation[report]'"
-        ) from error
+        raise ConfigurationError("pictures need matplotlib: pip install matplotlib") from error
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, squeeze=False)
