@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from ..robot import Setup
+from .geometry import UNSEEN, GeometryResult
 from .poses import AXES, PosesResult
 from .still import StillResult
 
@@ -59,7 +60,7 @@ class Findings:
     """Sentences for the reader."""
     figures: Mapping[str, Any] = field(default_factory=dict)
     """Further figures for a JSON file."""
-    provenance: Mapping[str, float | str] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
     """Figures that stay with the values in their file."""
 
     def estimates(self) -> dict[str, dict[str, Any]]:
@@ -169,3 +170,49 @@ def poses_findings(result: PosesResult, before: Setup) -> Findings:
         provenance[f"mse_after_{axis}"] = each.mse_after
     tilt = {"tilt": result.tilt.tolist()}
     return Findings(result.setup, tuple(found), tuple(notes), {**tilt, **figures}, provenance)
+
+
+def geometry_findings(result: GeometryResult, before: Setup) -> Findings:
+    """Return what drives told."""
+    old, calibration = before.robot, before.calibration
+    known = {
+        "wheel radius": (LENGTH, old.wheel_radius),
+        "lever arm x": (LENGTH, old.lever_arm[0]),
+        "lever arm z": (LENGTH, old.lever_arm[2]),
+        "mounting pitch": (ANGLE, old.mounting[1]),
+        "gyro scale y": (RATIO, calibration.gyro_scale[1]),
+        "reference delay": (TIME, None),
+        "wheel delay": (TIME, None),
+    }
+    found = []
+    for name, (unit, value) in known.items():
+        each = result.estimates[name]
+        found.append(Finding(name, unit, value, each.value, each.error, each.reason))
+    found.append(Finding("lever arm y", LENGTH, old.lever_arm[1], None, None, UNSEEN))
+    turn = result.body_turn
+    notes = []
+    if result.placement is not None:
+        notes.append(
+            f"the wheel encoder holds {turn.value:.2f} +- {turn.error:.2f} of the body's turn: "
+            f"encoder_placement is {result.placement.value}, was {old.encoder_placement.value}"
+        )
+    if result.setup.robot.mounting == old.mounting and result.estimates["mounting pitch"].value:
+        notes.append("mounting pitch: no clear contradiction to the configured value, which stays")
+    notes.append(f"accelerometer used for {100.0 * result.share:.0f} % of the time")
+    placement = None if result.placement is None else result.placement.value
+    figures = {
+        "encoder_placement": placement,
+        "body_turn": {"value": turn.value, "standard_error": turn.error},
+        "share": result.share,
+    }
+    errors = {
+        f"{name.replace(' ', '_')}_error": each.error
+        for name, each in result.estimates.items()
+        if each.value is not None and each.error is not None
+    }
+    delays = {
+        name.replace(" ", "_"): result.estimates[name].value
+        for name in ("reference delay", "wheel delay")
+        if result.estimates[name].value is not None
+    }
+    return Findings(result.setup, tuple(found), tuple(notes), figures, {**errors, **delays})

@@ -1,4 +1,4 @@
-"""`twbr calibrate still|poses BAG`: the robot's own constants from recordings."""
+"""`twbr calibrate still|poses|geometry BAG`: the robot's own constants from recordings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..bags import read_recording
-from ..calibration.findings import Finding, Findings, poses_findings, still_findings
+from ..calibration.findings import (
+    Finding,
+    Findings,
+    geometry_findings,
+    poses_findings,
+    still_findings,
+)
+from ..calibration.geometry import GYRO_DELAY, calibrate_geometry
 from ..calibration.poses import calibrate_poses
 from ..calibration.still import StillOptions, calibrate_still
 from ..calibration_files import save
@@ -52,6 +59,15 @@ def add_parser(subparsers: Any) -> None:
         "--window", type=float, metavar="S", help="length of the windows the drift is shown over"
     )
     _add_kind(kinds, "poses", "accelerometer scale from a robot held at angles", _poses)
+    summary = "lever arm, wheel radius, mounting, gyro scale and delays from drives"
+    geometry = _add_kind(kinds, "geometry", summary, _geometry, "+")
+    geometry.add_argument(
+        "--gyro-delay",
+        type=float,
+        default=GYRO_DELAY,
+        metavar="S",
+        help="delay of the gyro itself; default: %(default)s, an MPU6050 without its low-pass",
+    )
 
 
 def _add_kind(
@@ -171,3 +187,9 @@ def _poses(
 ) -> Findings:
     del arguments
     return poses_findings(calibrate_poses(recordings[0], setup), setup)
+
+
+def _geometry(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    return geometry_findings(calibrate_geometry(recordings, setup, arguments.gyro_delay), setup)

@@ -1,0 +1,197 @@
+"""Lever arm, wheel radius, encoder placement, mounting, gyro gain and delays from drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ..recording import Recording
+from ..robot import EncoderPlacement, Setup
+from .gyro_scale import GyroFit, fit_gyro
+from .kinematics import KinematicFit, fit_kinematics
+from .signals import Signals, signals_of
+
+WIDTH = 0.05
+"""Standard deviation of the smoothing [s]: longer, and less of the motion is left; shorter,
+and the steps of the encoders weigh more."""
+WIDER = 0.08
+"""A second smoothing; what changes with it counts as error."""
+GYRO_DELAY = 0.00098
+"""Delay of an MPU6050's gyro without its low-pass, by the data sheet [s]."""
+GYRO_DELAY_UNCERTAINTY = 0.0003
+"""Its standard uncertainty [s]."""
+PLACEMENT_MARGIN = 0.4
+"""How near 0 or 1 the share of the body's turn in the encoder must be."""
+PLACEMENT_ERROR = 0.3
+"""Largest standard error of that share."""
+MOUNTING_MARGIN = 3.0
+"""The mounting stays as configured unless it is this many standard errors off: held poses tell
+it twenty times better than a drive."""
+
+LIMITS = {
+    "wheel radius": 0.002,
+    "lever arm x": 0.01,
+    "lever arm z": 0.01,
+    "mounting pitch": math.radians(0.3),
+    "gyro scale y": 0.01,
+    "reference delay": 0.003,
+    "wheel delay": 0.003,
+}
+"""Largest standard error of a quantity a recording can tell, SI units."""
+UNSEEN = "motion in one plane does not show it"
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """One quantity from a drive."""
+
+    value: float | None
+    """SI units; None where the drives cannot tell."""
+    error: float | None
+    """Standard error."""
+    reason: str = ""
+    """Why the drives cannot tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class GeometryResult:
+    """What drives tell about a robot."""
+
+    setup: Setup
+    """The configuration with what was told."""
+    estimates: dict[str, Estimate]
+    body_turn: Estimate
+    """Share of the body's turn in the encoder: 1 on the body, 0 referred to ground."""
+    placement: EncoderPlacement | None
+    """What that means; None where it is not clear."""
+    share: float
+    """Share of the drives in which the accelerometer was usable."""
+
+
+def calibrate_geometry(
+    recordings: Sequence[Recording], setup: Setup, gyro_delay: float = GYRO_DELAY
+) -> GeometryResult:
+    """Estimate the geometry of a robot from its drives.
+
+    Args:
+        recordings: drives with a reference encoder.
+        setup: calibrated as far as it is.
+        gyro_delay: the gyro's own delay [s], which delays are counted without.
+
+    Raises:
+        RecordingError: no reference, or too short.
+    """
+    drives = [signals_of(recording, setup) for recording in recordings]
+    gyro, wide = fit_gyro(drives, WIDTH), fit_gyro(drives, WIDER)
+    found = _gyro_estimates(gyro, wide, setup, gyro_delay)
+    wheeled = [drive for drive in drives if drive.wheel is not None]
+    turn, placement, share = Estimate(None, None, "there is no wheel encoder"), None, 0.0
+    if wheeled:
+        turn, placement, share = _placement(wheeled, gyro)
+    names = ("wheel radius", "lever arm x", "lever arm z", "mounting pitch", "wheel delay")
+    if placement is None:
+        found.update({name: Estimate(None, None, turn.reason) for name in names})
+    else:
+        found.update(_kinematic_estimates(wheeled, gyro, placement, setup, gyro_delay))
+    told = {name: _limited(name, estimate) for name, estimate in found.items()}
+    return GeometryResult(_configured(setup, told, placement), told, turn, placement, share)
+
+
+def _gyro_estimates(
+    fit: GyroFit, wide: GyroFit, setup: Setup, gyro_delay: float
+) -> dict[str, Estimate]:
+    scale = setup.calibration.gyro_scale[1]
+    gain_error = math.hypot(fit.gain_error, fit.gain - wide.gain)
+    delay_error = math.hypot(fit.delay_error, fit.delay - wide.delay, GYRO_DELAY_UNCERTAINTY)
+    return {
+        "gyro scale y": Estimate(scale * fit.gain, scale * gain_error),
+        "reference delay": Estimate(fit.delay - gyro_delay, delay_error),
+    }
+
+
+def _placement(
+    drives: Sequence[Signals], gyro: GyroFit
+) -> tuple[Estimate, EncoderPlacement | None, float]:
+    """Return the share of the body's turn in the encoder and what it means."""
+    fit = fit_kinematics(drives, WIDTH, gyro.delay, None)
+    wide = fit_kinematics(drives, WIDER, gyro.delay, None)
+    turn, change = fit.values["body_turn"], wide.values["body_turn"]
+    error = math.hypot(fit.errors["body_turn"], turn - change)
+    near = round(turn)
+    if near not in (0, 1) or abs(turn - near) > PLACEMENT_MARGIN or error > PLACEMENT_ERROR:
+        reason = (
+            f"the encoder holds {turn:.2f} +- {error:.2f} of the body's turn, neither 0 nor 1: too "
+            "little motion, or readings taken in step with the controller"
+        )
+        return Estimate(turn, error, reason), None, fit.share
+    placement = EncoderPlacement.BODY if near == 1 else EncoderPlacement.GROUND
+    return Estimate(turn, error), placement, fit.share
+
+
+def _kinematic_estimates(
+    drives: Sequence[Signals],
+    gyro: GyroFit,
+    placement: EncoderPlacement,
+    setup: Setup,
+    gyro_delay: float,
+) -> dict[str, Estimate]:
+    turn = 1.0 if placement is EncoderPlacement.BODY else 0.0
+    fit = fit_kinematics(drives, WIDTH, gyro.delay, turn)
+    wide = fit_kinematics(drives, WIDER, gyro.delay, turn)
+    pitch = setup.robot.mounting[1]
+    return {
+        "wheel radius": _estimate(fit, wide, "radius"),
+        "lever arm x": _estimate(fit, wide, "forward"),
+        "lever arm z": _estimate(fit, wide, "up"),
+        "mounting pitch": _estimate(fit, wide, "pitch", pitch),
+        "wheel delay": _estimate(fit, wide, "wheel_delay", -gyro_delay, GYRO_DELAY_UNCERTAINTY),
+    }
+
+
+def _estimate(
+    fit: KinematicFit, wide: KinematicFit, name: str, offset: float = 0.0, known_to: float = 0.0
+) -> Estimate:
+    error = math.hypot(fit.errors[name], fit.values[name] - wide.values[name], known_to)
+    return Estimate(fit.values[name] + offset, error)
+
+
+def _limited(name: str, estimate: Estimate) -> Estimate:
+    limit = LIMITS[name]
+    if estimate.value is None or estimate.error is None or estimate.error <= limit:
+        return estimate
+    reason = f"standard error {estimate.error:.2g} above {limit:.2g}: too little of such motion"
+    return Estimate(None, estimate.error, reason)
+
+
+def _configured(
+    setup: Setup, told: dict[str, Estimate], placement: EncoderPlacement | None
+) -> Setup:
+    """Return `setup` with the estimates that were told."""
+    robot, calibration = setup.robot, setup.calibration
+    arm, scale, mounting = robot.lever_arm, calibration.gyro_scale, robot.mounting
+
+    def value(name: str, otherwise: float, margin: float = 0.0) -> float:
+        found, error = told[name].value, told[name].error
+        if found is None or error is None or abs(found - otherwise) <= margin * error:
+            return otherwise
+        return found
+
+    pitch = value("mounting pitch", mounting[1], MOUNTING_MARGIN)
+    return replace(
+        setup,
+        robot=replace(
+            robot,
+            wheel_radius=value("wheel radius", robot.wheel_radius),
+            encoder_placement=placement or robot.encoder_placement,
+            lever_arm=(value("lever arm x", arm[0]), arm[1], value("lever arm z", arm[2])),
+            mounting=(
+                mounting[0],
+                value("mounting pitch", mounting[1], MOUNTING_MARGIN),
+                mounting[2],
+            ),
+        ),
+        calibration=replace(
+            calibration, gyro_scale=(scale[0], value("gyro scale y", scale[1]), scale[2])
+        ),
+    )
