@@ -185,11 +185,7 @@ def _configured(
             wheel_radius=value("wheel radius", robot.wheel_radius),
             encoder_placement=placement or robot.encoder_placement,
             lever_arm=(value("lever arm x", arm[0]), arm[1], value("lever arm z", arm[2])),
-            mounting=(
-                mounting[0],
-                value("mounting pitch", mounting[1], MOUNTING_MARGIN),
-                mounting[2],
-            ),
+            mounting=(mounting[0], pitch, mounting[2]),
         ),
         calibration=replace(
             calibration, gyro_scale=(scale[0], value("gyro scale y", scale[1]), scale[2])
