@@ -50,6 +50,8 @@ class TuningRequest:
     topics: TopicNames = field(default_factory=TopicNames)
     options: Options = field(default_factory=Options)
     seed: int = 0
+    thorough: bool = False
+    """Whether filters of many parameters are searched globally, too."""
 
     def chosen(self) -> tuple[str, ...]:
         """Return the filters to tune.
@@ -118,6 +120,7 @@ def tune(request: TuningRequest, workers: Workers, report: Report) -> TuningResu
             request.objective,
             _starts(request, dt),
             request.seed,
+            request.thorough,
         )
         done = tune_filters(task, names, workers, lambda name, best, _: report(name, best))
     return TuningResult(

@@ -42,6 +42,19 @@ def test_nothing_to_search_is_one_evaluation() -> None:
     assert (found.values, found.figure, found.evaluations) == ({}, 7.0, 1)
 
 
+MANY = {f"p{index}": Parameter(f"p{index}", 1.0, Bounds(0.0, 9.0, "1", "")) for index in range(6)}
+
+
+def bowl(values: Mapping[str, float]) -> float:
+    return sum((value - 0.8) ** 2 for value in values.values())
+
+
+def test_many_parameters_are_refined_by_a_few_steps_unless_thoroughly() -> None:
+    quick, thorough = (search(MANY, bowl, thorough=flag) for flag in (False, True))
+    assert quick.evaluations < 100 < thorough.evaluations
+    assert thorough.figure < 1e-3 < quick.figure < 0.5 * bowl(dict.fromkeys(MANY, 1.0))
+
+
 def test_progress_hears_of_every_evaluation_and_may_stop() -> None:
     heard: list[float] = []
 

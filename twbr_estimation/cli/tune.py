@@ -21,7 +21,7 @@ from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..tuner import Report, TuningRequest, TuningResult, tune, write_tuned
 from ..tuning.objective import Objective
-from ..tuning.search import tunable
+from ..tuning.search import GLOBAL_PARAMETERS, tunable
 from ..tuning.workers import LocalPool, ThisProcess, Workers
 from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
 from .main import INTERRUPTED
@@ -65,6 +65,11 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--keep-correction", action="store_true", help="leave the low-pass constants as configured"
     )
+    parser.add_argument(
+        "--thorough",
+        action="store_true",
+        help=f"search filters of more than {GLOBAL_PARAMETERS} parameters globally, too: minutes",
+    )
     add_settings(parser)
     add_comparison(parser)
     _add_run(parser)
@@ -82,6 +87,11 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--overwrite", action="store_true", help="replace an existing file")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the global search")
+    add_workers(parser)
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add who does the work."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--jobs", type=int, metavar="N", help="local processes; default: one a processor"
@@ -98,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
     if target.exists() and not arguments.overwrite:
         raise ConfigurationError(f"{target}: exists already; --overwrite replaces it")
     request = _request(arguments)
-    with _workers(arguments) as workers, _shown(console) as report:
+    with workers_of(arguments) as workers, shown(console) as report:
         result = tune(request, workers, report)
     _print(Console(), result)
     if target.exists():
@@ -122,11 +132,13 @@ def _request(arguments: argparse.Namespace) -> TuningRequest:
         topics=topic_names(arguments),
         options=comparison(arguments),
         seed=arguments.seed,
+        thorough=arguments.thorough,
     )
 
 
 @contextmanager
-def _workers(arguments: argparse.Namespace) -> Iterator[Workers]:
+def workers_of(arguments: argparse.Namespace) -> Iterator[Workers]:
+    """Give the workers that the arguments of `add_workers` name."""
     if arguments.dask is not None:
         from ..tuning.dask_cluster import DaskCluster
 
@@ -143,7 +155,7 @@ def _workers(arguments: argparse.Namespace) -> Iterator[Workers]:
 
 
 @contextmanager
-def _shown(console: Console) -> Iterator[Report]:
+def shown(console: Console) -> Iterator[Report]:
     """Show the best figure so far of everything that is being tuned."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:

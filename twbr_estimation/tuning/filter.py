@@ -54,6 +54,8 @@ class TuningTask:
     """Values to start from besides the defaults by filter name, such as a preset's."""
     seed: int = 0
     """Of the global search."""
+    thorough: bool = False
+    """Whether filters of many parameters are searched globally, too."""
 
 
 def tune_filter(task: TuningTask, name: str, progress: Progress = unwatched) -> TunedFilter:
@@ -71,7 +73,8 @@ def tune_filter(task: TuningTask, name: str, progress: Progress = unwatched) -> 
     parameters = tunable(entry)
     defaults = {each.name: each.default for each in parameters.values()}
     starts = [defaults, *({**defaults, **_only(s, parameters)} for s in task.starts.get(name, ()))]
-    found = search(parameters, _figure(entry, task), starts, task.seed, progress)
+    figure = _figure(entry, task)
+    found = search(parameters, figure, starts, task.seed, progress, task.thorough)
     return judged(task, name, found.values)
 
 

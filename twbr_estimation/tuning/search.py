@@ -21,11 +21,14 @@ def unwatched(best: float, values: Mapping[str, float]) -> None:
     """Take no notice of the progress of a search."""
 
 
-_SMALLEST_SHARE = 1e-6  # of the default: where a logarithmic search starts from a bound of zero
+_SMALLEST_SHARE = 1e-12  # of the default: where a logarithmic search starts from a bound of zero
 _WORST = 1e12  # what a setting that diverges counts: the search goes elsewhere
 _POPULATION = 8
 _GENERATIONS = 25
 _LOCAL_STEPS = 120  # per parameter
+GLOBAL_PARAMETERS = 4
+"""A filter with more parameters is searched around its starts only, unless thoroughly."""
+_FEW_STEPS = 80
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +101,13 @@ def search(
     starts: Sequence[Mapping[str, float]] = (),
     seed: int = 0,
     progress: Progress = unwatched,
+    thorough: bool = False,
 ) -> Found:
     """Find the values that make `figure` smallest.
 
     Differential evolution covers the bounds against local minima; Nelder-Mead, the method
-    of Laddach 2022, then refines its result and every start, and the best of all counts.
+    of Laddach 2022, then refines its result and every start, and the best of all counts. With
+    more than `GLOBAL_PARAMETERS` parameters, Nelder-Mead takes a few steps from the best start.
 
     Args:
         parameters: what to search, by name; none gives the figure of no change.
@@ -110,6 +115,7 @@ def search(
         starts: values to refine besides, such as defaults and presets.
         seed: of the global search; the same seed finds the same.
         progress: called after every evaluation; what it raises ends the search.
+        thorough: whether any number of parameters is searched globally.
 
     Returns:
         The best values met.
@@ -117,13 +123,21 @@ def search(
     run = _Search({name: Axis(each) for name, each in parameters.items()}, figure, progress)
     for start in starts:
         run.at(dict(start))
-    if parameters:
-        _evolve(run, seed)
-        for start in [run.best[1], *starts] if run.best[1] else starts:
-            _refine(run, start)
-    elif not starts:
-        run.at({})
+    if not starts:
+        run.at({name: each.default for name, each in parameters.items()})
+    if thorough or len(parameters) <= GLOBAL_PARAMETERS:
+        _search_everywhere(run, starts, seed)
+    elif run.best[1]:
+        _refine(run, run.best[1], _FEW_STEPS)
     return Found(run.best[1], run.best[0], run.evaluations)
+
+
+def _search_everywhere(run: _Search, starts: Sequence[Mapping[str, float]], seed: int) -> None:
+    if not run.axes:
+        return
+    _evolve(run, seed)
+    for start in [run.best[1], *starts] if run.best[1] else starts:
+        _refine(run, start, _LOCAL_STEPS * len(run.axes))
 
 
 def _evolve(run: _Search, seed: int) -> None:
@@ -138,7 +152,7 @@ def _evolve(run: _Search, seed: int) -> None:
     )
 
 
-def _refine(run: _Search, start: Mapping[str, float]) -> None:
+def _refine(run: _Search, start: Mapping[str, float], steps: int) -> None:
     axes = run.axes
     places = np.array(
         [min(max(axis.scaled(start[name]), axis.low), axis.high) for name, axis in axes.items()]
@@ -149,7 +163,7 @@ def _refine(run: _Search, start: Mapping[str, float]) -> None:
         method="Nelder-Mead",
         bounds=[(axis.low, axis.high) for axis in axes.values()],
         options={
-            "maxfev": _LOCAL_STEPS * len(axes),
+            "maxfev": steps,
             "xatol": 1e-4,
             "fatol": 1e-6,
             "adaptive": True,

@@ -1,0 +1,87 @@
+"""`twbr reproduce table2`: the paper's tables and figures on the simulated rig."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ..errors import ConfigurationError
+from ..reproduction import PARTS, Plan, reproduce
+from ..reproduction.page import PrintedTable, markdown, tables
+from ..simulation import WORLDS, world_named
+from .tune import add_workers, shown, workers_of
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = subparsers.add_parser(
+        "reproduce",
+        help="the tables and figures of Laddach 2022 on the simulated rig",
+        description="Do the experiments of Laddach 2022 again on simulated drives: ours beside "
+        "the printed figures. Nothing is tuned on the drives that are reported.",
+    )
+    parser.add_argument(
+        "parts",
+        nargs="+",
+        choices=(*PARTS, "all"),
+        metavar="PART",
+        help=f"{', '.join(PARTS)} (why figures differ), or all",
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=5, metavar="N", help="drives to report; default: %(default)s"
+    )
+    parser.add_argument("--world", choices=tuple(WORLDS), default="paper", help="default: paper")
+    parser.add_argument("--json", metavar="FILE", help="also write the figures; - for stdout")
+    parser.add_argument(
+        "--markdown", type=Path, metavar="FILE", help="also write the page of `all`"
+    )
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw Fig. 12 as PNG")
+    add_workers(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do the experiments, print tables and write files."""
+    parts = PARTS if "all" in arguments.parts else tuple(dict.fromkeys(arguments.parts))
+    if arguments.markdown is not None and set(parts) != set(PARTS):
+        raise ConfigurationError("--markdown: the page needs all parts")
+    plan = Plan(arguments.seeds, world_named(arguments.world))
+    with workers_of(arguments) as workers, shown(Console(stderr=True)) as report:
+        document = reproduce(
+            parts, plan, workers, lambda name, best, _: report(name, best), arguments.plot
+        )
+    quiet = arguments.json == "-"
+    _print(Console(stderr=quiet), tables(document))
+    if arguments.json is not None:
+        _write(arguments.json, json.dumps(document, indent=1, allow_nan=False) + "\n")
+    if arguments.markdown is not None:
+        _write(str(arguments.markdown), markdown(document))
+    return 0
+
+
+def _print(console: Console, found: Sequence[PrintedTable]) -> None:
+    for each in found:
+        table = Table(title=escape(each.title), title_justify="left")
+        for heading in each.headings:
+            table.add_column(escape(heading), overflow="fold")
+        for row in each.rows:
+            table.add_row(*map(escape, row))
+        console.print(table)
+
+
+def _write(target: str, text: str) -> None:
+    if target == "-":
+        sys.stdout.write(text)
+        return
+    try:
+        Path(target).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigurationError(f"{target}: cannot be written: {error.strerror}") from None
