@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .bags import TopicNames, read_recording, recordings_below
 from .errors import ConfigurationError, RecordingError
@@ -145,26 +146,27 @@ def _sets(request: TuningRequest, paths: Sequence[Path]) -> list[TuningSet]:
 
 
 def _require_different(training: Sequence[TuningSet], verification: Sequence[TuningSet]) -> None:
-    for known in training:
-        for other in verification:
-            if (share := shared_samples(known, other)) > SHARED_SAMPLES:
+    digests = [_digests(each) for each in training]
+    for other in verification:
+        own = _digests(other)
+        for known, digest in zip(training, digests, strict=True):
+            share = float(np.isin(own, digest).mean())
+            if share > SHARED_SAMPLES:
                 raise RecordingError(
                     f"{other.source}: {100 * share:.0f} % of its IMU readings are those of the "
                     f"training recording {known.source}; verification needs another recording"
                 )
 
 
-def shared_samples(first: TuningSet, second: TuningSet) -> float:
-    """Return the share of the second recording's IMU readings that occur in the first.
+def _digests(each: TuningSet) -> NDArray[np.int64]:
+    """Return a number for each IMU reading, the same for equal readings.
 
     Stamps and names do not count: a copy, a part and a recording under another name are seen.
     """
-    rows = [
-        np.ascontiguousarray(each.samples.columns[1:7].T).view(np.dtype((np.void, 48))).ravel()
-        for each in (first, second)
-    ]
-    known = {row.tobytes() for row in rows[0]}
-    return sum(row.tobytes() in known for row in rows[1]) / max(rows[1].size, 1)
+    rows = np.ascontiguousarray(each.samples.columns[1:7].T)
+    packed, size = rows.tobytes(), rows.shape[1] * rows.itemsize
+    starts = range(0, len(packed), size)
+    return np.fromiter((hash(packed[start : start + size]) for start in starts), np.int64)
 
 
 def _common_period(sets: Sequence[TuningSet]) -> float:

@@ -186,6 +186,10 @@ def _print(console: Console, result: TuningResult) -> None:
             soft_wrap=True,
         )
     console.print(_table(result))
+    for each in result.filters:
+        searched = tunable(filter_named(each.name))
+        values = ", ".join(f"{name} {each.values[name]:.5g}" for name in searched)
+        console.print(f"{each.name}: {values}", highlight=False, soft_wrap=True)
     warnings = [*result.warnings, *(text for each in result.filters for text in each.warnings)]
     if not result.verification:
         warnings.append("nothing was verified; --verify takes other recordings")
@@ -198,16 +202,12 @@ def _table(result: TuningResult) -> Table:
     table.add_column("filter", no_wrap=True)
     for heading in ("training\nMSE [deg²]", "verification\nMSE [deg²]", "largest\nmodulus"):
         table.add_column(escape(heading), justify="right", no_wrap=True)
-    table.add_column("tuned parameters", overflow="fold")
     for each in sorted(result.filters, key=lambda one: one.judged_mse_deg2):
         verified = each.verification_mse_deg2
-        searched = tunable(filter_named(each.name))
-        values = "  ".join(f"{name} {each.values[name]:.4g}" for name in searched)
         table.add_row(
             each.name + (" (interrupted)" if each.interrupted else ""),
             f"{each.training_mse_deg2:.4f}",
             "" if verified is None else f"{verified:.4f}",
             f"{each.eigenvalue_moduli[0]:.5f}" if each.eigenvalue_moduli else "",
-            escape(values),
         )
     return table
