@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from ..filters import filter_named
 from ..simulation import World
-from ..tuning.correction import corrected_mse
 from ..tuning.filter import mean_square_error
 from ..tuning.objective import TuningSet
 from ..tuning.workers import Report, Workers
@@ -20,6 +19,8 @@ from .tables import printed_settings, tuned_filters
 
 GYRO_SCALES = (0.0, -0.025, -0.055)
 """Gyro scale errors for which theta is tuned."""
+SATURATION_SEEDS = 20
+"""Drives with which saturation is judged: few hold a long one."""
 
 
 def causes(plan: Plan, workers: Workers, report: Report) -> dict[str, Any]:
@@ -43,25 +44,32 @@ def _process_noise(plan: Plan, dt: float) -> dict[str, float]:
 
 def _saturation(plan: Plan) -> list[dict[str, float]]:
     """Return the MSE with the printed gains of 2 and 10 ms, with and without full scales."""
+    many = replace(plan, seeds=SATURATION_SEEDS)
     rows = []
     for dt in (0.002, 0.01):
-        entry, values = filter_named("complementary"), printed_settings(dt)[1]["complementary"]
-        with_limits, without = plan.reported(dt), replace(plan, world=_analogue(plan.world))
+        values = printed_settings(dt)[1]["complementary"]
+        sets = many.reported(dt)
+        limited = _each(values, sets)
+        unlimited = _each(values, replace(many, world=_analogue(plan.world)).reported(dt))
         rows.append(
             {
                 "dt": dt,
                 "time_constant": values["time_constant"],
-                "limited_deg2": mean_square_error(entry, values, with_limits),
-                "unlimited_deg2": mean_square_error(entry, values, without.reported(dt)),
-                "corrected_limited_deg2": _corrected(with_limits),
-                "saturated_share": float(np.mean([each.saturated for each in with_limits])),
+                "drives": SATURATION_SEEDS,
+                "limited_deg2": float(np.mean(limited)),
+                "limited_worst_deg2": max(limited),
+                "unlimited_deg2": float(np.mean(unlimited)),
+                "unlimited_worst_deg2": max(unlimited),
+                "saturated_share": float(np.mean([each.saturated for each in sets])),
             }
         )
     return rows
 
 
-def _corrected(sets: Sequence[TuningSet]) -> float:
-    return corrected_mse(sets, sets[0].setup.correction)
+def _each(values: Mapping[str, float], sets: Sequence[TuningSet]) -> list[float]:
+    """Return the complementary filter's MSE of each drive [deg^2]."""
+    entry = filter_named("complementary")
+    return [mean_square_error(entry, values, [each]) for each in sets]
 
 
 def _analogue(world: World) -> World:
