@@ -175,6 +175,15 @@ def ink(browser: Browser, colour: str) -> list[int]:
     return browser.evaluate(INK % json.dumps(colour.lstrip("#")))
 
 
+def with_and_without(browser: Browser, estimator: str) -> tuple[list[int], list[int]]:
+    """Return the ink of an estimator's colour in every plot, first ticked and then not."""
+    ticked, colour = browser.evaluate(TICK % json.dumps(estimator))
+    once = ink(browser, colour)
+    assert browser.evaluate(TICK % json.dumps(estimator)) == [not ticked, colour]
+    again = ink(browser, colour)
+    return (again, once) if ticked else (once, again)
+
+
 def test_in_a_browser_all_plots_are_drawn(browser, folder) -> None:
     browser.resize(*DESKTOP)
     browser.open(folder / "report.html")
@@ -183,12 +192,11 @@ def test_in_a_browser_all_plots_are_drawn(browser, folder) -> None:
     assert browser.evaluate("document.querySelectorAll('.plot').length") == 4
     tilt, _, _, spectrum = ink(browser, MOTION)
     assert tilt > 500 and spectrum > 100  # the reference, and its spectrum
-    hidden, colour = browser.evaluate(TICK % json.dumps("accelerometer"))
-    drawn = ink(browser, colour)
-    assert hidden is False
-    assert browser.evaluate(TICK % json.dumps("accelerometer")) == [True, colour]
-    cleared = ink(browser, colour)
-    assert all(drawn[kind] > cleared[kind] + 50 for kind in range(3)), "tilt, error, histogram"
+    # The accelerometer is far off, so nothing covers it; its spectrum is the corrected angle's.
+    drawn, hidden = with_and_without(browser, "accelerometer")
+    assert all(drawn[kind] > hidden[kind] + 50 for kind in range(3)), (drawn, hidden)
+    drawn, hidden = with_and_without(browser, "complementary")
+    assert drawn[3] > hidden[3] + 50, (drawn, hidden)
     assert browser.complaints() == []
 
 

@@ -116,7 +116,7 @@ def _section(
     if any(trace.error.size for trace in traces):
         plots["histogram"] = histogram_plot(traces, identifier)
     if report.motion is not None:
-        plots["spectrum"] = spectrum_plot(report.motion, identifier)
+        plots["spectrum"] = spectrum_plot(report.motion, traces, identifier)
     return {
         "id": identifier,
         "source": report.run.recording.source,

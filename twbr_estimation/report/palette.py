@@ -8,8 +8,8 @@ DASHES = ("solid", "dashed", "dotted", "dashdot")
 """Each colour comes once with each of these."""
 MOTION = "#222222"
 """For the reference and the motion."""
-ERROR_COLOURS = ("#D55E00", "#0072B2")
-"""For the angle before and after the correction."""
+ERROR_COLOURS = ("#A6A6A6", "#6E6E6E")
+"""For the angle before and after the correction: greys, because it is no estimator."""
 AXES = COLOURS[:3]
 """For x, y, z."""
 

@@ -12,7 +12,7 @@ from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, Noise
 from ..recording import FloatArray
 from .decimation import thinned
-from .palette import AXES, ERROR_COLOURS, MOTION
+from .palette import AXES, MOTION
 from .traces import Trace
 
 PICTURE_POINTS = 8_000
@@ -83,8 +83,8 @@ def _draw_angle(axes: Any, noise: Noise) -> None:
     motion = noise.motion
     assert motion is not None
     curves = [
-        ("raw angle error", motion.raw.spectrum, ERROR_COLOURS[0]),
-        ("corrected angle error", motion.corrected.spectrum, ERROR_COLOURS[1]),
+        ("raw angle error", motion.raw.spectrum, AXES[1]),
+        ("corrected angle error", motion.corrected.spectrum, AXES[0]),
     ]
     if motion.band_hz > 0.0:
         curves.append(("tilt", motion.tilt, MOTION))

@@ -19,11 +19,13 @@ from bokeh.plotting import figure
 
 from ..noise.analysis import Motion
 from ..recording import FloatArray
+from .data import RAW
 from .decimation import thinned
 from .palette import ERROR_COLOURS, MOTION
-from .traces import REFERENCE, Trace
+from .traces import REFERENCE, Trace, error_spectrum
 
 BINS = 120
+SPECTRUM_POINTS = 3_000
 TILT_HEIGHT, OTHER_HEIGHT = 360, 280
 """[px]."""
 
@@ -64,8 +66,8 @@ def histogram_plot(traces: Sequence[Trace], name: str) -> figure:
     return plot
 
 
-def spectrum_plot(motion: Motion, name: str) -> figure:
-    """Return the spectra of Laddach 2022, Fig. 11."""
+def spectrum_plot(motion: Motion, traces: Sequence[Trace], name: str) -> figure:
+    """Return the spectra of Laddach 2022, Fig. 11, and those of the estimators' errors."""
     plot = _figure(
         name,
         "frequency [Hz]",
@@ -80,13 +82,17 @@ def spectrum_plot(motion: Motion, name: str) -> figure:
     ]
     if motion.band_hz > 0.0:
         curves.append(("tilt", motion.tilt, MOTION, "solid"))
+    for trace in traces:
+        estimated = error_spectrum(trace)
+        if estimated is not None and trace.name != RAW:
+            _line(plot, trace, estimated.frequency[1:], estimated.density[1:], SPECTRUM_POINTS)
     for label, entry, colour, dash in curves:
         plot.line(
             _compact(entry.frequency[1:]),
             _compact(entry.density[1:]),
             line_color=colour,
             line_dash=dash,
-            line_width=1.5,
+            line_width=2.0,
             legend_label=label,
         )
     plot.legend.location = "bottom_left"

@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import RecordingError
 from ..evaluation import Association, Options, errors_of
+from ..noise import Spectrum, spectrum, uniform_stretch
+from ..noise.analysis import SHORTEST_MOTION
 from ..offline import Run
 from ..recording import FloatArray, TiltTrack
 from .data import RAW, RecordingReport
-from .palette import MOTION, style_of
+from .palette import ERROR_COLOURS, MOTION, style_of
 
 REFERENCE = "reference"
-RAW_COLOUR = "#9A9A9A"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +42,9 @@ Styles = Mapping[str, tuple[str, str]]
 
 
 def styles_of(reports: Sequence[RecordingReport]) -> Styles:
-    """Return one look for each estimator of all recordings, the first recording's best first."""
-    names = dict.fromkeys(name for report in reports for name in report.ranked)
+    """Return one look for each estimator of all recordings; those shown unasked differ most."""
+    shown = [name for report in reports for name in report.shown]
+    names = dict.fromkeys([*shown, *(name for report in reports for name in report.ranked)])
     return {name: style_of(index) for index, name in enumerate(names)}
 
 
@@ -54,7 +57,7 @@ def _traces(report: RecordingReport, styles: Styles, options: Options) -> Iterat
     done = report.run
     reference = done.recording.reference
     association = Association(reference, options) if reference is not None else None
-    yield _trace(done, RAW, report.raw, (RAW_COLOUR, "solid"), False, association)
+    yield _trace(done, RAW, report.raw, (ERROR_COLOURS[0], "solid"), False, association)
     shown = report.shown
     for name in reversed(report.ranked):
         yield _trace(done, name, done.tracks[name], styles[name], name in shown, association)
@@ -80,3 +83,13 @@ def _trace(
     radians, known, _ = errors_of(track.stamps, track.tilt, association, start)
     error = np.asarray(np.degrees(radians), dtype=np.float64)
     return Trace(name, *style, visible, times, tilt, times[known], error)
+
+
+def error_spectrum(trace: Trace) -> Spectrum | None:
+    """Return the spectrum of a trace's error [deg^2/Hz], or None where there can be none."""
+    stamps = np.round(trace.error_times * 1e9).astype(np.int64)
+    try:
+        stretch = uniform_stretch(stamps, trace.name, SHORTEST_MOTION)
+    except RecordingError:
+        return None
+    return spectrum(trace.error[stretch.samples], stretch.period)
