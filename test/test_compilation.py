@@ -4,8 +4,10 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import twbr_estimation
+from twbr_estimation.compilation import compiled
 
 RUN = """
 import numpy as np
@@ -41,3 +43,9 @@ def test_a_filter_that_is_gone_leaves_nothing_that_breaks_the_others(tmp_path: P
     after = run("gyro")
     assert after.returncode == 0, after.stderr
     assert after.stdout == before.stdout.splitlines(keepends=True)[1]
+
+
+def test_without_a_place_for_the_cache_it_compiles_all_the_same() -> None:
+    space: dict[str, Any] = {}
+    exec("def twice(x):\n    return 2.0 * x\ndef run(x):\n    return twice(x)\n", space)  # no file
+    assert compiled(space["run"], "0", space["twice"])(3.0) == 6.0

@@ -33,7 +33,10 @@ def compiled(run: Callable[..., Any], version: str, *called: Callable[..., Any])
     # The cache's index is a file named after the function. It names classes of the package, so
     # one that older sources wrote must never be read: it may name what is gone.
     run.__qualname__ = f"{run.__qualname__}.{version}"
-    return numba.njit(cache=True, error_model="numpy")(run)
+    try:
+        return numba.njit(cache=True, error_model="numpy")(run)
+    except RuntimeError:  # neither the package's folder nor the user's cache can be written
+        return numba.njit(error_model="numpy")(run)
 
 
 _COMPILABLE: set[FunctionType] = set()
