@@ -198,7 +198,8 @@ def geometry_findings(result: GeometryResult, before: Setup) -> Findings:
         )
     if result.setup.robot.mounting == old.mounting and result.estimates["mounting pitch"].value:
         notes.append("mounting pitch: no clear contradiction to the configured value, which stays")
-    notes.append(f"accelerometer used for {100.0 * result.share:.0f} % of the time")
+    if result.share > 0.0:
+        notes.append(f"accelerometer used for {100.0 * result.share:.0f} % of the time")
     placement = None if result.placement is None else result.placement.value
     figures = {
         "encoder_placement": placement,
