@@ -138,7 +138,11 @@ def test_a_missing_package_is_named(bags, tmp_path, monkeypatch, capsys) -> None
 
 INK = """
 (async () => {
-  await new Promise(done => setTimeout(done, 400));
+  const pause = duration => new Promise(done => setTimeout(done, duration));
+  const frame = () => new Promise(done => requestAnimationFrame(done));
+  while (!(Bokeh.documents.length && Bokeh.documents[0].is_idle)) await pause(50);
+  await pause(300);
+  await frame(); await frame();  // what was asked for before has now been painted
   function* canvases(node) {
     for (const element of node.querySelectorAll("*")) {
       if (element.tagName === "CANVAS") yield element;
