@@ -53,6 +53,7 @@ setup(
         "import": ["h5py>=3.10"],
         "dask": DASK,
         "noise": NOISE,
+        "peers": ["vqf>=2.1"],
         "report": REPORT,
         "test": TEST,
         "dev": [*TEST, *LINT, *HARDWARE],
