@@ -28,7 +28,7 @@ _GENERATIONS = 25
 _LOCAL_STEPS = 120  # per parameter
 GLOBAL_PARAMETERS = 4
 """A filter with more parameters is searched around its starts only, unless thoroughly."""
-_FEW_STEPS = 80
+_FEW_STEPS = 60
 
 
 @dataclass(frozen=True, slots=True)
