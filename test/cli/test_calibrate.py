@@ -43,7 +43,7 @@ def calibrated(bags):
     """The folder that the three commands make."""
     output = bags / "robot"
     for kind, bag in (("still", "still"), ("poses", "poses"), ("geometry", "drive")):
-        arguments = ["calibrate", kind, str(bags / bag), "-o", str(output), "--replace"]
+        arguments = ["calibrate", kind, str(bags / bag), "-o", str(output), "--overwrite"]
         assert main(arguments) == 0
     return output
 
@@ -83,7 +83,7 @@ def test_nothing_is_overwritten_without_saying_so(bags, calibrated, capsys):
     before = (calibrated / "calibration.yaml").read_text()
     arguments = ["calibrate", "still", str(bags / "still"), "-o", str(calibrated)]
     assert main(arguments) == 1
-    assert "--replace" in capsys.readouterr().err
+    assert "--overwrite" in capsys.readouterr().err
     assert (calibrated / "calibration.yaml").read_text() == before
 
 
@@ -114,7 +114,7 @@ def test_what_is_not_estimated_is_kept(bags, tmp_path, capsys):
     (output / "calibration.yaml").write_text(
         "/**:\n  ros__parameters:\n    calibration: {gyro_noise: 0.1}\n    filter: gyro\n"
     )
-    assert main([*still, "--replace"]) == 1
+    assert main([*still, "--overwrite"]) == 1
     assert "would lose" in capsys.readouterr().err
 
 

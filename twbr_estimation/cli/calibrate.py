@@ -83,7 +83,7 @@ def _add_kind(
         help="folder to start from; default: the output folder, else the one in the recording",
     )
     group.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder to write")
-    group.add_argument("--replace", action="store_true", help="replace files that exist")
+    group.add_argument("--overwrite", action="store_true", help="replace files that exist")
     parser.add_argument("--json", metavar="FILE", help="also write the figures; - for stdout")
     parser.set_defaults(run=run, kind=name, calibrate=calibrate)
     return parser
@@ -134,7 +134,7 @@ def _write(
         return
     provenance = {**origin, **findings.provenance}
     said = save(
-        arguments.output, start, findings.setup, arguments.kind, provenance, arguments.replace
+        arguments.output, start, findings.setup, arguments.kind, provenance, arguments.overwrite
     )
     for sentence in said:
         console.print(escape(sentence), highlight=False, soft_wrap=True)
