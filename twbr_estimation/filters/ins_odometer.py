@@ -65,7 +65,7 @@ SCALE_MEMORY = 0.1
 """How long the error from the accelerometer's scale stays alike [s]."""
 PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
-FIRST_TILT = 0.2
+FIRST_TILT = 0.3
 """Standard deviation of a first tilt that says nothing of its own [rad]."""
 LOST = 4.0
 """A variance of the attitude that says no more than the next accelerometer reading [rad^2]."""
@@ -111,7 +111,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         nav,
         read(nav, attitude, rate, sample),
         empty_window(),
-        Aiding(HOLD, 0.0, 0.0, 0.0),
+        Aiding(HOLD, 0.0, 0.0, 0.0, 0.0),
         _first_covariance(variance, c),
     )
 
@@ -170,7 +170,7 @@ def _compare(
         forget(p, DISTANCE, FIRST_DISTANCE * FIRST_DISTANCE)
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    aid(p, error, nav, now, sample, aiding, c.geometry)
+    slipping = aid(p, error, nav, now, sample, aiding, c.geometry, window.time)
     fixed = repaired(nav, error)
     keep = share_kept(window.time, c.accel_bias_time)
     fixed = Navigation(
@@ -195,7 +195,7 @@ def _compare(
         fixed,
         read(fixed, fixed.attitude, now.rate, sample),
         empty_window(),
-        Aiding(aiding.calm, unchecked, saturated, sample.wheel_count),
+        Aiding(aiding.calm, unchecked, saturated, sample.wheel_count, slipping),
         p,
     )
 

@@ -29,6 +29,8 @@ HOLD = 1.0
 """Biases and gains are left alone for this long after a saturation [s]."""
 SLIP_GATE = 3.0
 """A wheel reading this many standard deviations off is a slip."""
+LONGEST_SLIP = 0.3
+"""After this the attitude is taken to be wrong, not the wheels nor the calibration [s]."""
 FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
 ROOM_PERIOD = 0.25
@@ -72,6 +74,8 @@ class Aiding(NamedTuple):
     """1 while the gyro is saturated, else 0."""
     wheels: float
     """Wheel encoders at the last update."""
+    slipping: float
+    """Time since the wheels began to disagree [s]; 0 while they agree."""
 
 
 def aid(
@@ -82,15 +86,24 @@ def aid(
     sample: CorrectedSample,
     aiding: Aiding,
     geometry: Geometry,
-) -> None:
-    """Compare with everything that is known at this sample."""
-    slow = 0.0 if aiding.calm < HOLD else 1.0
+    time: float,
+) -> float:
+    """Compare with everything that is known at this sample, `time` after the last comparison.
+
+    Returns:
+        Time since the wheels began to disagree [s].
+    """
+    slipping = 0.0
+    slow = 1.0 if aiding.calm >= HOLD and aiding.slipping < LONGEST_SLIP else 0.0
     if sample.wheel_count > 0.0:
-        _wheel(p, error, nav, sample, slow, geometry)
+        may_slip = aiding.slipping < LONGEST_SLIP
+        if _wheel(p, error, nav, sample, slow, geometry, may_slip):
+            slipping = aiding.slipping + time
     if sample.wheel_count > 1.5:
         _side(p, error, nav, now, slow, geometry)
     if aiding.unchecked >= ROOM_PERIOD:
         _room(p, error, nav, sample.wheel_count, slow, geometry.room)
+    return slipping
 
 
 def lever_of(nav: Navigation, geometry: Geometry) -> Vector:
@@ -115,8 +128,13 @@ def _wheel(
     sample: CorrectedSample,
     slow: float,
     geometry: Geometry,
-) -> None:
-    """Compare the distance moved with the distance rolled; a slip opens the distance."""
+    may_slip: bool,
+) -> bool:
+    """Compare the distance moved with the distance rolled; a slip opens the distance.
+
+    Returns:
+        Whether they disagree.
+    """
     m = matrix_of(nav.attitude)
     forward, left = heading_of(m)
     height = rotated(m, lever_of(nav, geometry))[2] + geometry.on_body * geometry.wheel_radius
@@ -126,9 +144,10 @@ def _wheel(
     residual = rolled_distance(nav, sample, geometry) - nav.distance
     variance = geometry.wheel_noise * geometry.wheel_noise
     beyond = residual * residual - SLIP_GATE * SLIP_GATE * (scatter_of(p, h) + variance)
-    if beyond > 0.0:
+    if beyond > 0.0 and may_slip:
         p[DISTANCE, DISTANCE] += beyond
     observe(p, error, h, residual, variance, slow, 1.0)
+    return beyond > 0.0
 
 
 def _side(
@@ -187,4 +206,6 @@ def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample
 def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
     """Return the memory one sample later."""
     calm = 0.0 if clipped(sample) else aiding.calm + sample.dt
-    return Aiding(calm, aiding.unchecked + sample.dt, aiding.saturated, aiding.wheels)
+    return Aiding(
+        calm, aiding.unchecked + sample.dt, aiding.saturated, aiding.wheels, aiding.slipping
+    )

@@ -1,0 +1,129 @@
+"""The navigation filter on the simulated rig and on hand-held recordings."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.evaluation import Association, score
+from twbr_estimation.filters import filter_named
+from twbr_estimation.imports.imported import Options, load
+from twbr_estimation.pairing import pair
+from twbr_estimation.recording import FloatArray
+from twbr_estimation.robot import Setup
+from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.simulation import simulate
+
+ENTRY = filter_named("ins_odometer")
+UNSEEN = range(3001, 3011)
+"""Seeds that were never used to choose a default."""
+SEEDS = UNSEEN[:3]
+
+
+@cache
+def drive(world: str, seed: int, dt: float = 0.005) -> tuple[CorrectedTrack, Setup, FloatArray]:
+    made = simulate(world, dt, 60.0, seed)
+    assert made.recording.truth is not None
+    samples = pair(made.recording.imu, made.recording.wheels)
+    return correct(samples, made.setup), made.setup, made.recording.truth.tilt
+
+
+def run(track: CorrectedTrack, setup: Setup, state: Any = None, name: str = "ins_odometer") -> Any:
+    entry = filter_named(name)
+    return run_filter(entry, entry.configure(), track, setup.robot, state)
+
+
+def changed(track: CorrectedTrack, name: str, rows: slice, value: float) -> CorrectedTrack:
+    columns = track.columns.copy()
+    columns[CorrectedSample._fields.index(name), rows] = value
+    return CorrectedTrack(track.stamps, columns)
+
+
+def mse_deg2(error: FloatArray) -> float:
+    return float(np.mean(np.degrees(error) ** 2))
+
+
+def mean_mse(world: str, name: str = "ins_odometer") -> float:
+    tracks = [drive(world, seed) for seed in UNSEEN]
+    return float(np.mean([mse_deg2(run(t, s, None, name).tilt - truth) for t, s, truth in tracks]))
+
+
+@pytest.mark.parametrize(("world", "limit"), [("W1", 0.07), ("W2", 0.18), ("W4", 0.28)])
+def test_stays_within_the_limit_of_each_world(world: str, limit: float) -> None:
+    assert mean_mse(world) < limit
+
+
+def test_beats_the_complementary_filter_ten_times() -> None:
+    assert 10.0 * mean_mse("W1") < mean_mse("W1", "complementary")
+
+
+def test_rate_beyond_the_range_is_estimated() -> None:
+    """The same drive with the excess taken for noise alone would lose several degrees."""
+    for seed in SEEDS:
+        track, setup, truth = drive("W1", seed)
+        saturated = track.field("gyro_variance_y") > 1.0
+        assert saturated.any()
+        estimate = run(track, setup)
+        after = np.convolve(saturated, np.ones(10), "full")[: saturated.size] > 0
+        assert mse_deg2((estimate.tilt - truth)[after]) < 1.0
+
+
+@pytest.mark.parametrize("wrong", [math.radians(30.0), math.radians(-30.0)])
+def test_recovers_from_a_wrong_start_within_two_seconds(wrong: float) -> None:
+    for seed in SEEDS:
+        track, setup, truth = drive("W1", seed)
+        sample = CorrectedSample(*(float(value) for value in track.columns[:, 0]))
+        coefficients = ENTRY.derive(ENTRY.configure(), setup.robot)
+        start = TiltEstimate(float(truth[0]) + wrong, sample.gyro_y)
+        state = ENTRY.reset(start, sample, coefficients)
+        rest = CorrectedTrack(track.stamps[1:], np.ascontiguousarray(track.columns[:, 1:]))
+        error = run(rest, setup, state).tilt[:500] - truth[1:501]
+        assert abs(error[399]) < math.radians(2.0)
+
+
+def test_without_encoder_it_stays_inertial_and_returns() -> None:
+    for seed in SEEDS:
+        track, setup, truth = drive("W1", seed)
+        third = truth.size // 3
+        dropped = changed(track, "wheel_count", slice(third, 2 * third), 0.0)
+        error = run(dropped, setup).tilt - truth
+        inertial = run(changed(track, "wheel_count", slice(None), 0.0), setup).tilt - truth
+        assert mse_deg2(error[third : 2 * third]) < 1.2 * mse_deg2(inertial) + 0.1
+        assert mse_deg2(error[2 * third + 400 :]) < 0.2
+
+
+def test_covariance_stays_a_covariance() -> None:
+    for world in ("W1", "W4"):
+        track, setup, _ = drive(world, SEEDS[0])
+        covariance = run(track, setup).state.covariance
+        scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        correlation = covariance / np.outer(scale, scale)
+        np.testing.assert_allclose(correlation, correlation.T, rtol=0, atol=1e-6)
+        assert np.linalg.eigvalsh(correlation).min() > -1e-6
+
+
+def test_learns_the_gain_of_the_gyro() -> None:
+    for seed in SEEDS:
+        track, setup, _ = drive("W1", seed)
+        gain = run(track, setup).state.navigation.gyro_gain[1]
+        assert abs(1.0 + gain - 1.0 / 0.945) < 0.01
+
+
+def test_hand_held_motion_with_virtual_wheels(shared_data: Path) -> None:
+    figures = []
+    for trial in sorted((shared_data / "broad_translation").glob("*.mat")):
+        for axis in "yx":
+            log = load(trial, "broad", Options(axis=axis))
+            assert log.recording.reference is not None
+            setup = Setup(log.robot, log.calibration)
+            track = run(correct(pair(log.recording.imu, log.recording.wheels), setup), setup)
+            association = Association(log.recording.reference)
+            figures.append(score(track.stamps, track.tilt, association, 0).mse_deg2)
+    assert np.mean(figures) < 0.038
+    assert max(figures) < 0.075
