@@ -46,7 +46,9 @@ def _evaluated(bags: Sequence[Path], request: Request) -> list[RecordingScore]:
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("evaluating", total=len(bags))
         for bag in bags:
-            progress.update(task, description=f"evaluating {escape(str(bag))}")
+            progress.update(
+                task, description=f"evaluating {escape(str(bag))} (the first run compiles)"
+            )
             scores.append(evaluate(bag, request))
             progress.advance(task)
     return scores
