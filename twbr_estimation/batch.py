@@ -6,7 +6,9 @@ algorithm.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -168,10 +170,15 @@ def estimate_recording(
     corrected = correct(pair(recording.imu, recording.wheels), setup)
     if loop_period > 0.0:
         corrected = oversampled(corrected, loop_period)
-    return {
-        entry.name: run_filter(entry, parameters, corrected, setup.robot)
-        for entry, parameters in ready
-    }
+    for entry, _ in ready:
+        filter_kernel(entry)  # prepared one after the other; compiled loops then run side by side
+
+    def run(each: tuple[Filter, Any]) -> EstimateTrack:
+        return run_filter(*each, corrected, setup.robot)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        tracks = list(pool.map(run, ready))
+    return {entry.name: track for (entry, _), track in zip(ready, tracks, strict=True)}
 
 
 def _store(state: Any, estimates: FloatArray) -> None:

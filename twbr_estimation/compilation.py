@@ -34,7 +34,7 @@ def compiled(run: Callable[..., Any], version: str, *called: Callable[..., Any])
     # one that older sources wrote must never be read: it may name what is gone.
     run.__qualname__ = f"{run.__qualname__}.{version}"
     try:
-        return numba.njit(cache=True, error_model="numpy")(run)
+        return numba.njit(cache=True, nogil=True, error_model="numpy")(run)
     except RuntimeError:  # neither the package's folder nor the user's cache can be written
         return numba.njit(error_model="numpy")(run)
 
