@@ -12,21 +12,13 @@ import numpy as np
 
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Bounds, Filter, Matrices
+from .gains import AngleGain
 
 
 class Parameters(NamedTuple):
     """Gains of the classical alpha-beta filter; the defaults are critically damped in 0.1 s."""
 
-    alpha: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1.0,
-            "1",
-            "Gain of the angle residual on the tilt. Larger follows the accelerometer faster "
-            "and passes more of its noise.",
-        ),
-    ] = 0.0392
+    alpha: AngleGain = 0.0392
     beta: Annotated[
         float,
         Bounds(

@@ -14,21 +14,13 @@ import numpy as np
 
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Bounds, Filter, Matrices
+from .gains import AngleGain
 
 
 class Parameters(NamedTuple):
     """Gains of the alpha-beta-theta-gamma filter."""
 
-    alpha: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1.0,
-            "1",
-            "Gain of the angle residual on the tilt. Larger follows the accelerometer faster "
-            "and passes more of its noise.",
-        ),
-    ] = 0.00204
+    alpha: AngleGain = 0.00204
     beta: Annotated[
         float,
         Bounds(

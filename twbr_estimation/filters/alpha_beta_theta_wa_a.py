@@ -14,34 +14,14 @@ from numpy.typing import NDArray
 
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Bounds, Filter, Matrices
-
-Alpha = Annotated[
-    float,
-    Bounds(
-        0.0,
-        1.0,
-        "1",
-        "Gain of the angle residual on the tilt. Larger follows the accelerometer faster and "
-        "passes more of its noise.",
-    ),
-]
-Beta = Annotated[
-    float,
-    Bounds(
-        0.0,
-        2.0,
-        "1",
-        "Gain of the rate residual on the rate. 1 takes the gyro as it is; smaller smooths it; "
-        "above 1 looks ahead.",
-    ),
-]
+from .gains import AngleGain, RateGain
 
 
 class Parameters(NamedTuple):
     """Gains of the alpha-beta-theta filter, variant a."""
 
-    alpha: Alpha = 0.00169
-    beta: Beta = 1.21567
+    alpha: AngleGain = 0.00169
+    beta: RateGain = 1.21567
     theta: Annotated[
         float,
         Bounds(

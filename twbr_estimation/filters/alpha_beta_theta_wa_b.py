@@ -10,15 +10,16 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ..samples import CorrectedSample
-from .alpha_beta_theta_wa_a import Alpha, Beta, State, matrices_with, predict, reset
+from .alpha_beta_theta_wa_a import State, matrices_with, predict, reset
 from .base import Bounds, Filter, Matrices
+from .gains import AngleGain, RateGain
 
 
 class Parameters(NamedTuple):
     """Gains of the alpha-beta-theta filter, variant b."""
 
-    alpha: Alpha = 0.00315
-    beta: Beta = 0.28647
+    alpha: AngleGain = 0.00315
+    beta: RateGain = 0.28647
     theta: Annotated[
         float,
         Bounds(

@@ -7,37 +7,20 @@ and errors. The text form is the filter `alpha_beta_classic`.
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..samples import CorrectedSample, TiltEstimate
-from .base import Bounds, Filter, Matrices
+from .base import Filter, Matrices
+from .gains import AngleGain, RateGain
 
 
 class Parameters(NamedTuple):
     """Gains of the alpha-beta filter without bias."""
 
-    alpha: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1.0,
-            "1",
-            "Gain of the angle residual on the tilt. Larger follows the accelerometer faster "
-            "and passes more of its noise.",
-        ),
-    ] = 0.00227
-    beta: Annotated[
-        float,
-        Bounds(
-            0.0,
-            2.0,
-            "1",
-            "Gain of the rate residual on the rate. 1 takes the gyro as it is; smaller smooths "
-            "it; above 1 looks ahead, which undoes the half sample of lag of the prediction.",
-        ),
-    ] = 1.58242
+    alpha: AngleGain = 0.00227
+    beta: RateGain = 1.58242
 
 
 class State(NamedTuple):

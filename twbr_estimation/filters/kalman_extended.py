@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Bounds, Filter
+from .gains import BiasDrift, FirstBias, FirstTilt
 
 
 class Parameters(NamedTuple):
@@ -29,16 +30,7 @@ class Parameters(NamedTuple):
             logarithmic=True,
         ),
     ] = math.radians(1.0)
-    bias_drift: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1e-2,
-            "rad/s/sqrt(s)",
-            "Wandering of the gyro bias. Larger learns it faster and less smoothly.",
-            logarithmic=True,
-        ),
-    ] = 1e-3
+    bias_drift: BiasDrift = 1e-3
     gain_drift: Annotated[
         float,
         Bounds(
@@ -49,32 +41,12 @@ class Parameters(NamedTuple):
             logarithmic=True,
         ),
     ] = 1e-4
-    bias: Annotated[
-        float,
-        Bounds(
-            0.0,
-            1.0,
-            "rad/s",
-            "Standard deviation of the bias that calibration left, at the start.",
-            logarithmic=True,
-            tunable=False,
-        ),
-    ] = math.radians(0.3)
+    bias: FirstBias = math.radians(0.3)
     gain: Annotated[
         float,
         Bounds(0.0, 0.5, "1", "Standard deviation of the relative gain error, at the start."),
     ] = 0.03
-    first_tilt: Annotated[
-        float,
-        Bounds(
-            1e-4,
-            0.2,
-            "rad",
-            "Standard deviation of the first tilt.",
-            logarithmic=True,
-            tunable=False,
-        ),
-    ] = math.radians(1.0)
+    first_tilt: FirstTilt = math.radians(1.0)
     angle_noise: Annotated[
         float,
         Bounds(
