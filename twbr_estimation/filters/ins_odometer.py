@@ -160,7 +160,7 @@ def _compare(
     c: Coefficients,
 ) -> State:
     """Bring the covariance up to date, compare with the wheels, repair the navigation."""
-    p = _propagated(covariance, nav, window, c)
+    p = propagated(covariance, nav, window, c)
     if not p[0, 0] + p[1, 1] < LOST:
         bias = nav.gyro_bias[1]
         return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
@@ -191,7 +191,7 @@ def _compare(
         tilt_of(m),
         now.rate[1],
         fixed.gyro_bias[1],
-        _tilt_variance(p, heading_of(m)),
+        tilt_variance(p, heading_of(m)),
         fixed,
         read(fixed, fixed.attitude, now.rate, sample),
         empty_window(),
@@ -200,7 +200,7 @@ def _compare(
     )
 
 
-def _propagated(covariance: Array, nav: Navigation, window: Window, c: Coefficients) -> Array:
+def propagated(covariance: Array, nav: Navigation, window: Window, c: Coefficients) -> Array:
     """Return the covariance at the end of a window."""
     time = window.time
     forward, left = heading_of(matrix_of(nav.attitude))
@@ -239,7 +239,7 @@ def _acceleration_squared(window: Window) -> float:
     return x * x + y * y + z * z
 
 
-def _tilt_variance(p: Array, heading: tuple[float, float]) -> float:
+def tilt_variance(p: Array, heading: tuple[float, float]) -> float:
     """Return the variance of a turn about the robot's left axis [rad^2]."""
     forward, left = heading
     across = left * left * p[0, 0] + forward * forward * p[1, 1]

@@ -16,6 +16,7 @@ from .error_state import (
     EXCESS,
     LEVER_UP,
     POSITION,
+    STATES,
     VELOCITY,
     Array,
     forget,
@@ -100,9 +101,9 @@ def aid(
         if _wheel(p, error, nav, sample, slow, geometry, may_slip):
             slipping = aiding.slipping + time
     if sample.wheel_count > 1.5:
-        _side(p, error, nav, now, slow, geometry)
+        observe_side(p, error, nav, now, slow, geometry)
     if aiding.unchecked >= ROOM_PERIOD:
-        _room(p, error, nav, sample.wheel_count, slow, geometry.room)
+        observe_room(p, error, nav, sample.wheel_count, slow, geometry.room)
     return slipping
 
 
@@ -135,22 +136,34 @@ def _wheel(
     Returns:
         Whether they disagree.
     """
-    m = matrix_of(nav.attitude)
-    forward, left = heading_of(m)
-    height = rotated(m, lever_of(nav, geometry))[2] + geometry.on_body * geometry.wheel_radius
-    h = np.zeros(error.size)
-    h[0], h[1], h[DISTANCE] = height * left, -height * forward, 1.0
-    h[LEVER_UP] = -(m[2] * forward + m[5] * left)
+    h = wheel_slopes(nav, geometry)
     residual = rolled_distance(nav, sample, geometry) - nav.distance
     variance = geometry.wheel_noise * geometry.wheel_noise
-    beyond = residual * residual - SLIP_GATE * SLIP_GATE * (scatter_of(p, h) + variance)
+    beyond = beyond_gate(p, h, residual, variance)
     if beyond > 0.0 and may_slip:
         p[DISTANCE, DISTANCE] += beyond
     observe(p, error, h, residual, variance, slow, 1.0)
     return beyond > 0.0
 
 
-def _side(
+def wheel_slopes(nav: Navigation, geometry: Geometry) -> Array:
+    """Return how distance moved minus distance rolled depends on the error vector, (21,)."""
+    m = matrix_of(nav.attitude)
+    forward, left = heading_of(m)
+    height = rotated(m, lever_of(nav, geometry))[2] + geometry.on_body * geometry.wheel_radius
+    h = np.zeros(STATES)
+    h[0], h[1], h[DISTANCE] = height * left, -height * forward, 1.0
+    h[LEVER_UP] = -(m[2] * forward + m[5] * left)
+    return h
+
+
+def beyond_gate(p: Array, h: Array, residual: float, variance: float) -> float:
+    """Return the variance [m^2] that would bring a wheel reading to the gate; 0 within it."""
+    expected = scatter_of(p, h) + variance
+    return max(residual * residual - SLIP_GATE * SLIP_GATE * expected, 0.0)
+
+
+def observe_side(
     p: Array, error: Array, nav: Navigation, now: Reading, slow: float, geometry: Geometry
 ) -> None:
     """Two wheels on the ground do not move sideways."""
@@ -164,7 +177,9 @@ def _side(
     observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, slow, 1.0)
 
 
-def _room(p: Array, error: Array, nav: Navigation, wheels: float, slow: float, room: float) -> None:
+def observe_room(
+    p: Array, error: Array, nav: Navigation, wheels: float, slow: float, room: float
+) -> None:
     """A balancing robot stays about where it was; wheels know better along the heading."""
     forward, left = heading_of(matrix_of(nav.attitude))
     gains = 1.0 if wheels > 0.0 else ROOM_GAIN_SHARE
