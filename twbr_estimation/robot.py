@@ -1,4 +1,4 @@
-"""The user's robot: geometry, sensors and their calibration, as plain data.
+"""The user's robot: geometry, sensors, mechanics and their calibration, as plain data.
 
 The field names are the names in `robot.yaml` and `calibration.yaml` and the parameter
 names of the nodes; `yaml_files` and the nodes derive theirs from these classes. Defaults
@@ -15,7 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ConfigurationError
+from .plants.laddach2022 import PlantParameters
 
+_MECHANICS = (
+    "body_mass",
+    "body_inertia",
+    "body_inertia_roll",
+    "body_inertia_yaw",
+    "wheel_mass",
+    "wheel_inertia",
+    "wheel_inertia_across",
+    "gear_ratio",
+    "winding_resistance",
+    "torque_constant",
+    "back_emf_constant",
+    "supply_voltage",
+)
 POLYNOMIAL_DEGREE = 10
 """Highest degree of an accelerometer scale polynomial."""
 
@@ -31,7 +46,11 @@ class EncoderPlacement(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """Geometry and sensors of one robot, SI units, body axes as in REP-103.
+    """Geometry, sensors and mechanics of one robot, SI units, body axes as in REP-103.
+
+    The mechanics serve controllers, filters with a model of the robot, and simulations only.
+    Their defaults are the simulated rig's; body and wheels are separate: the motors' stators
+    belong to the body, their rotors are neglected.
 
     Raises:
         ConfigurationError: a value outside its physical range.
@@ -51,13 +70,43 @@ class Robot:
     """Full scale of the gyro [rad/s]; readings at it are saturated."""
     accel_range: float = 2.0 * 9.80665
     """Full scale of the accelerometer [m/s^2]."""
+    body_mass: float = 1.0
+    """Mass of the body without the wheels [kg]."""
+    body_height: float = 0.09
+    """Height of the body's centre of mass above the axle [m]; below 0 it hangs."""
+    body_inertia: float = 0.0045
+    """Moment of inertia of the body about its centre of mass, pitch axis [kg m^2]."""
+    body_inertia_roll: float = 0.006
+    """The same for the roll axis."""
+    body_inertia_yaw: float = 0.002
+    """The same for the yaw axis."""
+    wheel_mass: float = 0.06
+    """Mass of one wheel [kg]."""
+    wheel_inertia: float = 5e-5
+    """Moment of inertia of one wheel about the axle [kg m^2]."""
+    wheel_inertia_across: float = 2.5e-5
+    """Moment of inertia of one wheel about a diameter [kg m^2]."""
+    gear_ratio: float = 30.0
+    """Turns of a motor in one turn of its wheel."""
+    winding_resistance: float = 2.2
+    """Resistance of one motor's winding [ohm]."""
+    torque_constant: float = 0.0083
+    """Torque of one motor per current, before the gear [N m/A]."""
+    back_emf_constant: float = 0.0112
+    """Voltage that one motor induces per rate, before the gear [V s/rad]."""
+    supply_voltage: float = 12.0
+    """Largest voltage at a motor [V]."""
 
     def __post_init__(self) -> None:
-        _require_positive(self, ("wheel_radius", "gyro_range", "accel_range"))
+        _require_positive(self, ("wheel_radius", "gyro_range", "accel_range", *_MECHANICS))
         _require_finite(self)
         if self.track_width < 0.0:
             raise ConfigurationError(f"robot.track_width: {self.track_width} m is below 0")
         object.__setattr__(self, "encoder_placement", EncoderPlacement(self.encoder_placement))
+
+    def plant(self) -> PlantParameters:
+        """Return the parameters of the planar model, Laddach 2022 (2)."""
+        return PlantParameters(*(getattr(self, name) for name in PlantParameters._fields))
 
     def rotation(self) -> NDArray[np.float64]:
         """Return the 3x3 rotation that turns sensor axes into body axes."""

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twbr_estimation.plant import PlantParameters
+from twbr_estimation.robot import Robot
 from twbr_estimation.simulation.balance import balance_gains
 from twbr_estimation.simulation.disturbances import disturb
 from twbr_estimation.simulation.loops import drive
@@ -19,7 +19,7 @@ from twbr_estimation.simulation.rig import (
 )
 from twbr_estimation.simulation.worlds import W2
 
-PLANT = PlantParameters()
+PLANT = Robot().plant()
 GAINS = balance_gains(PLANT, 0.005)
 CALM = Inputs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..plant import PlantParameters, PlantState, linearised
+from ..plants.laddach2022 import PlantParameters, PlantState, linearised
 
 STATE_WEIGHTS = (3.06, 0.1, 31.3, 1.0)
 """Weights of position, velocity, tilt and tilt rate."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..compilation import compiled, source_version
-from ..plant import PlantParameters
+from ..plants.laddach2022 import PlantParameters
 from ..recording import FloatArray
 from ..sensors.error_model import ImuErrors, low_passed, read
 from .balance import BalanceGains
@@ -17,7 +17,7 @@ from .rig import Inputs, RigState, loads, motion_of, next_voltage, step
 from .sensing import Motion, Mount, at_rest, sense
 from .spatial import Felt
 
-_SOURCES = ("samples.py", "plant.py", "sensors/error_model.py", "simulation/*.py")
+_SOURCES = ("samples.py", "plants/*.py", "sensors/error_model.py", "simulation/*.py")
 
 
 def drive(

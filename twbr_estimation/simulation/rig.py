@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..plant import (
+from ..plants.laddach2022 import (
     Loads,
     PlantParameters,
     PlantState,

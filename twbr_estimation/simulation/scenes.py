@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..plant import PlantParameters
+from ..plants.laddach2022 import PlantParameters
 from ..recording import FloatArray
 from .balance import balance_gains
 from .disturbances import STEP, disturb

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import ConfigurationError
-from ..plant import PlantParameters
 from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
@@ -67,7 +66,7 @@ def simulate(
     if seed < 0:
         raise ConfigurationError(f"seed {seed} is below 0")
     setup, true_setup = _setups(chosen, seed)
-    plant = PlantParameters(wheel_radius=true_setup.robot.wheel_radius)
+    plant = true_setup.robot.plant()
     performed = SCENES[scene](chosen, plant, (samples - 1) * every + 1, seed)
     imu = _imu(performed, chosen, true_setup, every, samples, seed)
     source = f"simulation: world {chosen.name}, scene {scene}, dt {dt:g} s, seed {seed}"

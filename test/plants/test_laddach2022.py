@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from twbr_estimation.plant import (
+from twbr_estimation.plants.laddach2022 import (
     Loads,
-    PlantParameters,
     PlantState,
     accelerations,
     advance,
@@ -18,9 +17,10 @@ from twbr_estimation.plant import (
     stop_body,
     tilt_inertia,
 )
+from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY
 
-ROBOT = PlantParameters()
+ROBOT = Robot().plant()
 FREE = ROBOT._replace(torque_constant=0.0)
 """The robot with motors that neither drive nor brake."""
 REST = Loads(0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY)

@@ -16,33 +16,33 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .samples import STANDARD_GRAVITY
+from ..samples import STANDARD_GRAVITY
 
 
 class PlantParameters(NamedTuple):
-    """Masses, lengths and motors of the robot, SI units."""
+    """Masses, lengths and motors, SI units; `Robot.plant` gives those of a robot."""
 
-    body_mass: float = 1.0
+    body_mass: float
     """m_n [kg]."""
-    body_height: float = 0.09
+    body_height: float
     """l, axle to centre of mass [m]."""
-    body_inertia: float = 0.0045
+    body_inertia: float
     """I_n about the centre of mass [kg m^2]."""
-    wheel_mass: float = 0.06
+    wheel_mass: float
     """m_k, of one wheel [kg]."""
-    wheel_inertia: float = 5e-5
+    wheel_inertia: float
     """I_k, of one wheel [kg m^2]."""
-    wheel_radius: float = 0.0375
+    wheel_radius: float
     """r [m]."""
-    gear_ratio: float = 30.0
+    gear_ratio: float
     """k, motor turns per wheel turn."""
-    winding_resistance: float = 2.2
+    winding_resistance: float
     """R of one motor [ohm]."""
-    torque_constant: float = 0.0083
+    torque_constant: float
     """k_m [N m/A]."""
-    back_emf_constant: float = 0.0112
+    back_emf_constant: float
     """k_e [V s/rad]."""
-    supply_voltage: float = 12.0
+    supply_voltage: float
     """Largest motor voltage [V]."""
 
 

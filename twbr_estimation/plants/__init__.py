@@ -1,0 +1,1 @@
+"""Models of two-wheeled balancing robots, one paper a file."""
