@@ -86,6 +86,16 @@ def test_the_angle_is_averaged_across_the_half_turn() -> None:
     assert abs(combined([sample(angle=angle) for angle in angles]).angle) == pytest.approx(math.pi)
 
 
+def test_the_voltage_is_the_mean_over_the_interval() -> None:
+    samples = [
+        sample(0.001, voltage=1.0, voltage_difference=0.5, motor_count=2.0),
+        sample(0.003, voltage=3.0, voltage_difference=-0.5, motor_count=2.0),
+    ]
+    assert combined(samples)[18:] == (2.5, -0.25, 2.0)
+    samples.append(sample(0.001))
+    assert combined(samples)[18:] == (0.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(("dt", "count"), [(0.001, 10), (0.003, 3), (0.004, 2), (0.007, 1)])
 def test_an_interval_is_the_nearest_number_of_samples(dt: float, count: int) -> None:
     found = feed(0.01, [sample(dt) for _ in range(60)])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twbr_estimation.pairing import Pairer, WheelReading, pair
-from twbr_estimation.recording import ImuTrack, WheelTrack
+from twbr_estimation.pairing import MOTOR_TIMEOUT, Pairer, WheelReading, motor_command, pair
+from twbr_estimation.recording import ImuTrack, MotorTrack, WheelTrack
 from twbr_estimation.samples import Sample
 
 MILLISECOND = 1_000_000
@@ -86,3 +86,43 @@ def test_dead_encoder_costs_no_latency_and_comes_back() -> None:
 def test_robot_without_encoder() -> None:
     columns = pair(imu_track(np.arange(1, 9) * MILLISECOND), None).columns
     assert not columns[7:].any()
+
+
+@pytest.mark.parametrize("motors", [1, 2])
+def test_the_latest_command_before_a_sample_is_held(motors: int) -> None:
+    random = np.random.default_rng(motors)
+    imu = imu_track(np.cumsum(random.integers(1, 4, 2000)) * MILLISECOND)
+    stamps = np.cumsum(random.integers(1, 12, 400)) * MILLISECOND + 300 * MILLISECOND
+    stamps = stamps[(stamps < 900 * MILLISECOND) | (stamps > 2400 * MILLISECOND)]
+    track = MotorTrack(stamps, random.normal(size=(stamps.size, motors)))
+    batch = pair(imu, None, motors=track).columns[10:]
+    pairer, live = Pairer(), []
+    events = [(int(stamp), 1, index) for index, stamp in enumerate(imu.stamps)]
+    events += [(int(stamp), 0, index) for index, stamp in enumerate(stamps)]
+    for stamp, kind, index in sorted(events):
+        if kind == 0:
+            pairer.add_motors(motor_command(stamp, track.voltage[index].tolist()))
+        else:
+            live += pairer.add_imu(stamp, (0.0,) * 6)
+    live += pairer.flush()
+    np.testing.assert_array_equal(batch.T, [sample[10:] for _, sample in live])
+    for index, stamp in enumerate(imu.stamps):
+        before = stamps[stamps < stamp]
+        known = before.size > 0 and stamp - before[-1] <= MOTOR_TIMEOUT * 1e9
+        assert batch[2, index] == (motors if known else 0.0)
+        if known:
+            held = track.voltage[before.size - 1]
+            assert batch[0, index] == held.mean()
+            assert batch[1, index] == (held[-1] - held[0])
+    assert set(batch[2]) == {0.0, float(motors)}
+
+
+def test_commands_of_an_old_time_go_when_the_clock_is_set_back() -> None:
+    pairer = Pairer()
+    pairer.add_motors(motor_command(10_000 * MILLISECOND, [5.0]))
+    pairer.restart(100 * MILLISECOND)
+    ((_, sample),) = pairer.add_imu(100 * MILLISECOND, (0.0,) * 6) + pairer.flush()
+    assert sample.motor_count == 0.0
+    pairer.add_motors(motor_command(101 * MILLISECOND, [2.0, 4.0]))
+    ((_, sample),) = pairer.add_imu(102 * MILLISECOND, (0.0,) * 6) + pairer.flush()
+    assert sample[10:] == (3.0, 2.0, 2.0)

@@ -35,7 +35,7 @@ class CorrectedTrack:
     stamps: StampArray
     """Header stamps [ns], (n,)."""
     columns: FloatArray
-    """The fields of `CorrectedSample` as rows, (18, n)."""
+    """The fields of `CorrectedSample` as rows, (21, n)."""
 
     def field(self, name: str) -> FloatArray:
         """Return one field of `CorrectedSample` over time, (n,)."""
@@ -157,7 +157,7 @@ def estimate_recording(
     """Correct a recording once and run several filters over it.
 
     Args:
-        recording: IMU and, where there are any, wheels.
+        recording: IMU and, where there are any, wheels and motors.
         setup: robot, calibration and correction settings.
         settings: parameter values by filter name; missing ones take their defaults.
         loop_period: period [s] for which the corrected samples are combined; 0 takes each.
@@ -167,7 +167,8 @@ def estimate_recording(
     """
     chosen = [(filter_named(name), values) for name, values in settings.items()]
     ready = [(entry, entry.configure(values)) for entry, values in chosen]
-    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    samples = pair(recording.imu, recording.wheels, motors=recording.motors)
+    corrected = correct(samples, setup)
     if loop_period > 0.0:
         corrected = oversampled(corrected, loop_period)
     for entry, _ in ready:
@@ -203,6 +204,9 @@ def _correction_kernel() -> Any:
                 samples[7, i],
                 samples[8, i],
                 samples[9, i],
+                samples[10, i],
+                samples[11, i],
+                samples[12, i],
             )
             if sample.dt > RESTART_GAP:
                 state, result = start(sample, coefficients)
@@ -245,6 +249,9 @@ def filter_kernel(entry: Filter) -> Any:
                 columns[15, i],
                 columns[16, i],
                 columns[17, i],
+                columns[18, i],
+                columns[19, i],
+                columns[20, i],
             )
             if sample.dt > RESTART_GAP:
                 bias = state.gyro_bias if with_bias else 0.0

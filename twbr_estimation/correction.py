@@ -167,6 +167,9 @@ def _calibrate(sample: Sample, c: Coefficients) -> CorrectedSample:
         sample.wheel_angle,
         sample.wheel_difference,
         sample.wheel_count,
+        sample.voltage,
+        sample.voltage_difference,
+        sample.motor_count,
     )
 
 
@@ -197,6 +200,9 @@ def _with_angle(sample: CorrectedSample, back: float, up: float, last: float) ->
         sample.wheel_angle,
         sample.wheel_difference,
         sample.wheel_count,
+        sample.voltage,
+        sample.voltage_difference,
+        sample.motor_count,
     )
 
 

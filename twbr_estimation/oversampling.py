@@ -23,6 +23,8 @@ from .samples import RESTART_GAP, CorrectedSample
 
 _FIELDS = CorrectedSample._fields
 _VALUES = slice(_FIELDS.index("gyro_x"), _FIELDS.index("accel_z") + 1)
+_MOTORS = slice(_FIELDS.index("voltage"), _FIELDS.index("motor_count") + 1)
+_UNKNOWN = (0.0, 0.0, 0.0)
 _VARIANCES = slice(_FIELDS.index("gyro_variance_x"), _FIELDS.index("accel_variance_z") + 1)
 
 
@@ -62,7 +64,8 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     """Return the samples of one interval as one sample at its end.
 
     White noise averages out; what a variance has beyond the smallest of its axis, because the
-    sensor saturated, does not. The wheels are those of the last sample.
+    sensor saturated, does not. The wheels are those of the last sample, the motors' voltage the
+    mean over the interval, unknown where it is so for any sample.
 
     Args:
         samples: at least one, in order; the first one's `dt` belongs to the interval.
@@ -78,8 +81,11 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     angle, angle_variance = _angle_at_end(rows, dt)
     values = (weights @ rows[:, _VALUES]).tolist()
     wheels = (last.wheel_angle, last.wheel_difference, last.wheel_count)
+    motors = _UNKNOWN
+    if all(each.motor_count > 0.0 for each in samples):
+        motors = tuple((dt @ rows[:, _MOTORS] / np.sum(dt)).tolist())
     start = (float(np.sum(dt)), angle, angle_variance)
-    return CorrectedSample(*(*start, *values, *variances.tolist(), *wheels))
+    return CorrectedSample(*(*start, *values, *variances.tolist(), *wheels, *motors))
 
 
 def _time_left(dt: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -38,6 +38,16 @@ class WheelTrack:
 
 
 @dataclass(frozen=True, slots=True)
+class MotorTrack:
+    """Commands to the motors, each in force until the next."""
+
+    stamps: StampArray
+    """When each command was given [ns], (m,), strictly increasing."""
+    voltage: FloatArray
+    """Motor voltage [V], (m, w) with w = 1 for both motors together, or 2 as left, right."""
+
+
+@dataclass(frozen=True, slots=True)
 class TiltTrack:
     """A tilt over time: the reference encoder, the truth, or another estimator."""
 
@@ -73,6 +83,7 @@ class Recording:
     estimators: Mapping[str, TiltTrack] = field(default_factory=dict)
     """Other estimators' tilt by name, for comparison."""
     temperature: TemperatureTrack | None = None
+    motors: MotorTrack | None = None
     repairs: Mapping[str, int] = field(default_factory=dict)
     """What had to be mended, by description, with the number of messages."""
 

@@ -36,6 +36,12 @@ class Sample(NamedTuple):
     """Encoder angle of the right wheel minus that of the left wheel [rad]."""
     wheel_count: float = 0.0
     """Wheel encoders known at this instant: 0, 1 or 2."""
+    voltage: float = 0.0
+    """Mean of the motors' voltages since the command before this instant [V]."""
+    voltage_difference: float = 0.0
+    """Voltage of the right motor minus that of the left [V]."""
+    motor_count: float = 0.0
+    """Motors whose voltage is known: 0, 1 (both get the same) or 2."""
 
 
 class CorrectedSample(NamedTuple):
@@ -65,9 +71,12 @@ class CorrectedSample(NamedTuple):
     accel_variance_y: float
     accel_variance_z: float
     wheel_angle: float
-    """As in `Sample`."""
+    """As in `Sample`, and so are the wheels and motors below."""
     wheel_difference: float
     wheel_count: float
+    voltage: float = 0.0
+    voltage_difference: float = 0.0
+    motor_count: float = 0.0
 
 
 class TiltEstimate(NamedTuple):

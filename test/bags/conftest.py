@@ -9,6 +9,7 @@ import pytest
 
 from twbr_estimation.recording import (
     ImuTrack,
+    MotorTrack,
     Recording,
     TemperatureTrack,
     TiltTrack,
@@ -18,7 +19,7 @@ from twbr_estimation.recording import (
 START = 1_700_000_000_000_000_000
 
 
-def make_recording(samples: int = 50, wheels: int = 2, seed: int = 1) -> Recording:
+def make_recording(samples: int = 50, wheels: int = 2, seed: int = 1, motors: int = 0) -> Recording:
     """Return noise on every track; reference and wheels cover the IMU's time."""
     random = np.random.default_rng(seed)
     stamps = START + 2_000_000 * np.arange(samples)
@@ -30,6 +31,9 @@ def make_recording(samples: int = 50, wheels: int = 2, seed: int = 1) -> Recordi
         TiltTrack(stamps, random.normal(size=samples)),
         {"dmp": TiltTrack(stamps, random.uniform(-3.0, 3.0, samples), random.normal(size=samples))},
         TemperatureTrack(stamps[::10], random.normal(size=stamps[::10].size)),
+        MotorTrack(stamps[::2] + 1000, random.normal(size=(stamps[::2].size, motors)))
+        if motors
+        else None,
     )
 
 
@@ -55,6 +59,10 @@ def require_same(recording: Recording, expected: Recording) -> None:
     if recording.wheels is not None and expected.wheels is not None:
         np.testing.assert_array_equal(recording.wheels.stamps, expected.wheels.stamps)
         np.testing.assert_array_equal(recording.wheels.angle, expected.wheels.angle)
+    assert (recording.motors is None) == (expected.motors is None)
+    if recording.motors is not None and expected.motors is not None:
+        np.testing.assert_array_equal(recording.motors.stamps, expected.motors.stamps)
+        np.testing.assert_array_equal(recording.motors.voltage, expected.motors.voltage)
     require_same_tilt(recording.reference, expected.reference)
     require_same_tilt(recording.truth, expected.truth)
     assert recording.estimators.keys() == expected.estimators.keys()

@@ -15,11 +15,12 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from twbr_estimation.bags import BagTopic, TopicNames, read_recording, write_recording
 from twbr_estimation.bags.encoding import (
+    float64_array_messages,
     imu_messages,
     joint_state_messages,
     orientation_messages,
 )
-from twbr_estimation.bags.topics import FLOAT64, IMU, JOINT_STATE
+from twbr_estimation.bags.topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE
 from twbr_estimation.errors import RecordingError
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack
 
@@ -300,6 +301,22 @@ def test_a_reference_shorter_than_the_data_is_counted(tmp_path: Path) -> None:
     assert repairs_of(got, "outside the time of /reference") == 40
     # A Counter would not survive this: it takes the pairs for keys.
     assert asdict(got)["repairs"] == got.repairs
+
+
+def test_motor_commands_of_another_number_or_another_clock(tmp_path: Path) -> None:
+    def motors(stamps: Sequence[int]) -> BagTopic:
+        messages = float64_array_messages(np.ones((len(stamps) - 1, 2)))
+        messages += float64_array_messages(np.ones((1, 1)))
+        return BagTopic("/motor/command", FLOAT64_ARRAY, np.array(stamps), messages)
+
+    path = write_topics(tmp_path / "a.mcap", imu_topic(regular(10)), motors(regular(10)))
+    got = read_recording(path)
+    assert got.motors is not None and got.motors.voltage.shape == (9, 2)
+    assert repairs_of(got, "without 2 voltages") == 1
+    simulated = imu_topic(regular(10, 10**9))
+    got = read_recording(write_topics(tmp_path / "b.mcap", simulated, motors(regular(10))))
+    assert got.motors is None
+    assert repairs_of(got, "another time") == 10
 
 
 def test_unknown_joints_are_listed(tmp_path: Path) -> None:

@@ -11,8 +11,19 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 from twbr_estimation.bags.batch import joined
-from twbr_estimation.bags.cdr import ACCEL, GYRO, ORIENTATION, decode_imu, decode_temperature
-from twbr_estimation.bags.encoding import joint_state_messages, temperature_messages
+from twbr_estimation.bags.cdr import (
+    ACCEL,
+    GYRO,
+    ORIENTATION,
+    decode_float64_array,
+    decode_imu,
+    decode_temperature,
+)
+from twbr_estimation.bags.encoding import (
+    float64_array_messages,
+    joint_state_messages,
+    temperature_messages,
+)
 from twbr_estimation.bags.joint_states import decode_joint_state
 from twbr_estimation.messages import tilt_of_quaternion
 
@@ -175,3 +186,35 @@ def test_tilt_with_roll_is_what_the_accelerometer_shows() -> None:
     up = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
     np.testing.assert_allclose(np.linalg.norm(up, axis=0), 1.0)
     np.testing.assert_allclose(tilt_of_quaternion(x, y, z, w), np.arctan2(-up[0], up[2]))
+
+
+def float64_array(values: list[float], labels: tuple[str, ...] = (), little: bool = True) -> bytes:
+    kinds = {
+        name: STORE.types[f"std_msgs/msg/MultiArray{name}"] for name in ("Dimension", "Layout")
+    }
+    layout = kinds["Layout"]([kinds["Dimension"](label, 2, 2) for label in labels], 0)
+    message = STORE.types["std_msgs/msg/Float64MultiArray"](layout, np.array(values))
+    return serialised(message, little)
+
+
+@pytest.mark.parametrize("little", [True, False])
+def test_arrays_with_and_without_dimensions(little: bool) -> None:
+    both = float64_array([1.5, -2.5], (), little)
+    raw = [
+        both,
+        float64_array([3.0, 4.0], ("motors",), little),
+        float64_array([5.0], ("a", "of wheels"), little),
+        float64_array([], (), little),
+        float64_array([6.0, 7.0, 8.0], (), little),
+        both[:-8],
+    ]
+    columns = decode_float64_array(joined(raw, np.arange(6)))
+    expected = [[2.0, 1.5, -2.5], [2.0, 3.0, 4.0], [1.0, 5.0, np.nan], [3.0, 6.0, 7.0]]
+    np.testing.assert_array_equal(columns.values, expected)
+    np.testing.assert_array_equal(columns.stamps, [0, 1, 2, 4])
+    assert columns.broken == 2
+
+
+def test_arrays_are_written_like_rosbags_writes_them() -> None:
+    values = np.array([[1.0, 2.0], [-3.0, 4.0]])
+    assert float64_array_messages(values) == [float64_array(row.tolist()) for row in values]

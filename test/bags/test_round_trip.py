@@ -20,11 +20,11 @@ Same = Callable[[Recording, Recording], None]
 DMP = {"dmp": "/imu/dmp"}
 
 
-@pytest.mark.parametrize("wheels", [1, 2])
+@pytest.mark.parametrize(("wheels", "motors"), [(1, 1), (2, 2)])
 def test_what_is_written_is_read_back_without_repairs(
-    tmp_path: Path, wheels: int, small_recording: Make, assert_same: Same
+    tmp_path: Path, wheels: int, motors: int, small_recording: Make, assert_same: Same
 ) -> None:
-    recording = small_recording(wheels=wheels)
+    recording = small_recording(wheels=wheels, motors=motors)
     write_recording(tmp_path / "bag", recording)
     got = read_recording(tmp_path / "bag", estimators=DMP)
     assert_same(got, recording)

@@ -136,6 +136,8 @@ def test_mirrored_motion_gives_mirrored_tilt(entry: Filter, swinging: Motion) ->
             accel_x=-sample.accel_x,
             wheel_angle=-sample.wheel_angle,
             wheel_difference=-sample.wheel_difference,
+            voltage=-sample.voltage,
+            voltage_difference=-sample.voltage_difference,
         )
         for sample in samples
     ]

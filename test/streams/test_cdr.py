@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from twbr_estimation.streams.cdr import (
     JointStateEncoder,
     WheelDecoder,
     decode_imu,
+    decode_motor_command,
     decode_raw_imu,
     encode_float64,
+    encode_float64s,
 )
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -93,6 +96,30 @@ def test_wheels_are_found_among_other_joints_in_changing_layouts() -> None:
 def test_float64() -> None:
     kind = "std_msgs/msg/Float64"
     assert encode_float64(0.125) == bytes(STORE.serialize_cdr(new(kind, 0.125), kind))
+
+
+def array_message(values: list[float], labels: list[str]) -> bytes:
+    dimension = [new("std_msgs/msg/MultiArrayDimension", label, 2, 2) for label in labels]
+    layout = new("std_msgs/msg/MultiArrayLayout", dimension, 0)
+    kind = "std_msgs/msg/Float64MultiArray"
+    return bytes(STORE.serialize_cdr(new(kind, layout, np.array(values)), kind))
+
+
+@pytest.mark.parametrize("labels", [[], [""], ["motors"], ["a", "wheels"]])
+def test_motor_commands(labels: list[str]) -> None:
+    both = array_message([1.0, 4.0], labels)
+    assert decode_motor_command(7, both) == (7, 2.5, 3.0, 2.0)
+    assert decode_motor_command(7, array_message([-3.0], labels)) == (7, -3.0, 0.0, 1.0)
+    for wrong in ([], [1.0, 2.0, 3.0], [1.0, math.nan]):
+        with pytest.raises(MessageError):
+            decode_motor_command(7, array_message(wrong, labels))
+    for size in range(len(both)):
+        with pytest.raises(MessageError):
+            decode_motor_command(7, both[:size])
+
+
+def test_float64s_are_written_as_others_write_them() -> None:
+    assert encode_float64s([1.0, -2.0]) == array_message([1.0, -2.0], [])
 
 
 @pytest.mark.parametrize("data", [b"", b"\x00\x01\x00\x00", imu("x")[:-8], b"\0\0" + imu("x")[2:]])

@@ -62,7 +62,7 @@ def test_samples_survive_the_way_through_an_imu_message(driven: Any) -> None:
     wheels = [reading for _, reading in events(driven) if isinstance(reading, WheelReading)]
     direct = feed(stream, events(driven)) + stream.flush()
     received = CorrectedStream()
-    received.pair_wheels = True
+    received.paired = True
     ready: Stamped = []
     for reading in wheels:
         ready += received.add_wheels(reading)
@@ -149,7 +149,7 @@ def test_the_setup_changes_between_two_samples(driven: Any) -> None:
 
 def test_corrected_messages_without_their_wheels_pass_at_once() -> None:
     stream = CorrectedStream()
-    sample = CorrectedSample(*[0.1] * 18)
+    sample = CorrectedSample(*[0.1] * len(CorrectedSample._fields))
     values = tuple(imu_values(sample, 0.1, 0.2, 0.3))
     for index in range(3):
         ((stamp, received),) = stream.add_imu(10**9 + index * 10**6, values)

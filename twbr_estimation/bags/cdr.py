@@ -77,6 +77,44 @@ def decode_float64(batch: MessageBatch) -> Columns:
     return Columns(whole.bag_times, whole.bag_times, values, frames, broken)
 
 
+def decode_float64_array(batch: MessageBatch) -> Columns:
+    """Return length, first and second number of `std_msgs/Float64MultiArray`.
+
+    Stamped with the bag's time; a number that is not there is NaN, an empty array broken.
+    """
+    whole, order = readable(batch, 16)
+    ends = whole.offsets + whole.sizes
+    counts = whole.offsets + 12 + _dimensions(whole, order)
+    length = whole.at(np.minimum(counts, ends - 4), f"{order}u4").astype(np.int64)
+    first = whole.offsets + 4 + aligned(counts - whole.offsets)
+    fits = (length > 0) & (first + 8 * length <= ends)
+    whole, length, first = whole.take(fits), length[fits], first[fits]
+    places = np.column_stack([first, np.where(length > 1, first + 8, first)])
+    numbers = whole.at(places, f"{order}f8").astype(np.float64)
+    numbers[length < 2, 1] = np.nan
+    frames = np.full(length.size, "", dtype=object)
+    broken = batch.offsets.size - length.size
+    values = np.column_stack([length, numbers])
+    return Columns(whole.bag_times, whole.bag_times, values, frames, broken)
+
+
+def _dimensions(batch: MessageBatch, order: str) -> IntArray:
+    """Return how many bytes the dimensions of each array take; few messages have any."""
+    number = batch.at(batch.offsets + 4, f"{order}u4")
+    sizes = np.zeros(number.size, dtype=np.int64)
+    for index in np.flatnonzero(number).tolist():
+        message, at = batch.message(index), 8
+        for _ in range(int(number[index])):  # label, size, stride
+            at += -at % 4
+            label = int.from_bytes(message[at : at + 4], "little" if order == "<" else "big")
+            at = at + 4 + label
+            at += -at % 4 + 8
+            if at > len(message):
+                break
+        sizes[index] = at - 8
+    return sizes
+
+
 def readable(batch: MessageBatch, least: int) -> tuple[MessageBatch, str]:
     """Return the messages of at least `least` bytes, and their byte order as numpy's sign.
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from ..errors import RecordingError
 from .batch import MessageBatch
-from .cdr import Columns, decode_float64, decode_imu, decode_temperature
+from .cdr import Columns, decode_float64, decode_float64_array, decode_imu, decode_temperature
 from .joint_states import decode_joint_state
 from .storage import bag_files, opened
-from .topics import FLOAT64, IMU, JOINT_STATE, TEMPERATURE
+from .topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE, TEMPERATURE
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,12 @@ def _decoded(path: Path, request: Request, kind: str, batch: MessageBatch) -> Co
         raise RecordingError(f"{path}: {request.topic}: {error}") from error
 
 
-_DECODERS = {IMU: decode_imu, TEMPERATURE: decode_temperature, FLOAT64: decode_float64}
+_DECODERS = {
+    IMU: decode_imu,
+    TEMPERATURE: decode_temperature,
+    FLOAT64: decode_float64,
+    FLOAT64_ARRAY: decode_float64_array,
+}
 
 
 def _concatenated(parts: list[Columns]) -> Columns:

@@ -44,6 +44,15 @@ def temperature_messages(stamps: StampArray, temperature: FloatArray, frame_id: 
     return _messages(stamps, _aligned_string(frame_id), [values])
 
 
+def float64_array_messages(values: FloatArray) -> list[bytes]:
+    """Return `std_msgs/Float64MultiArray` messages without dimensions, one a row."""
+    layout = [("head", "<u4", (5,)), ("values", "<f8", (values.shape[1],))]
+    rows = np.zeros(values.shape[0], dtype=np.dtype(layout))
+    rows["head"] = (0x00000100, 0, 0, values.shape[1], 0)
+    rows["values"] = values
+    return _rows(rows)
+
+
 def joint_state_messages(
     stamps: StampArray, names: Sequence[str], position: FloatArray, velocity: FloatArray | None
 ) -> list[bytes]:

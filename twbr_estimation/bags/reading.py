@@ -13,6 +13,7 @@ from ..messages import tilt_of_quaternion
 from ..recording import (
     SINGLE_WHEEL_JOINT,
     ImuTrack,
+    MotorTrack,
     Recording,
     TemperatureTrack,
     TiltTrack,
@@ -30,7 +31,16 @@ from .cdr import (
 )
 from .cleaning import Cleaner
 from .contents import Contents, Request, read_contents
-from .topics import FLOAT64, IMU, JOINT_STATE, ROLES, TEMPERATURE, TopicNames, absolute
+from .topics import (
+    FLOAT64,
+    FLOAT64_ARRAY,
+    IMU,
+    JOINT_STATE,
+    ROLES,
+    TEMPERATURE,
+    TopicNames,
+    absolute,
+)
 
 _UNIT_TOLERANCE = 0.1
 """How far the length of a quaternion may be from 1; two decimals keep it within 0.01."""
@@ -45,7 +55,8 @@ def read_recording(
 ) -> Recording:
     """Read a rosbag2 directory, an .mcap or .db3 file, or a ROS 1 bag.
 
-    Header stamps rule; the bag's own time serves only types without a header (Float64).
+    Header stamps rule; the bag's own time serves only types without a header (Float64 and the
+    motors' Float64MultiArray).
     Repairs are described and counted in the result, see `cleaning`.
 
     Args:
@@ -90,6 +101,7 @@ class _Reader:
             truth=self._tilt("truth"),
             estimators={name: self._estimator(name) for name in self.estimators},
             temperature=self._temperature(),
+            motors=self._motors(imu),
         )
         self._check_overlap(recording)
         return replace(recording, repairs=dict(self.repairs))
@@ -180,6 +192,23 @@ class _Reader:
         columns = self._clean(self.names.temperature, columns, slice(None))
         return TemperatureTrack(columns.stamps, columns.values[:, 0])
 
+    def _motors(self, imu: ImuTrack) -> MotorTrack | None:
+        topic, columns = self.names.motors, self._columns("motors")
+        if columns is None:
+            return None
+        cleaner = Cleaner(topic, self.repairs)
+        length = columns.values[:, 0]
+        motors = 2 if np.count_nonzero(length == 2) >= np.count_nonzero(length == 1) else 1
+        why = f"messages without {motors} voltages dropped"
+        columns = cleaner.keep(columns, length == motors, why)
+        columns.values = columns.values[:, 1 : 1 + motors]
+        columns = self._clean(topic, columns, slice(None), length.size)
+        if columns.stamps[0] > imu.stamps[-1] or columns.stamps[-1] < imu.stamps[0]:
+            # A simulation's header stamps and the bag's times may be of two clocks.
+            cleaner.count(f"messages of another time than {self.names.imu} left out", length.size)
+            return None
+        return MotorTrack(columns.stamps, columns.values)
+
     def _columns(self, role: str) -> Columns | None:
         """Return a role's messages; None where it may be absent and is."""
         request = self.requests.get(role)
@@ -269,6 +298,7 @@ def _role_requests(names: TopicNames) -> dict[str, Request]:
         "reference": Request(names.reference, _TILT_TYPES, tilt),
         "truth": Request(names.truth, _TILT_TYPES, tilt),
         "temperature": Request(names.temperature, (TEMPERATURE,)),
+        "motors": Request(names.motors, (FLOAT64_ARRAY,)),
     }
     return {role: request for role, request in requests.items() if request.topic}
 

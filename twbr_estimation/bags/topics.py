@@ -10,6 +10,7 @@ IMU = "sensor_msgs/msg/Imu"
 JOINT_STATE = "sensor_msgs/msg/JointState"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 FLOAT64 = "std_msgs/msg/Float64"
+FLOAT64_ARRAY = "std_msgs/msg/Float64MultiArray"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,8 @@ class TopicNames:
     """True tilt of a simulation."""
     temperature: str = "/imu/temperature"
     """`sensor_msgs/Temperature` of the IMU."""
+    motors: str = "/motor/command"
+    """`std_msgs/Float64MultiArray` with the voltage [V] of both motors, or of left and right."""
 
     def __post_init__(self) -> None:
         for role in ROLES:
@@ -56,6 +59,7 @@ ROLES: dict[str, str] = {
     "reference": "--reference-topic",
     "truth": "--truth-topic",
     "temperature": "--temperature-topic",
+    "motors": "--motors-topic",
 }
 """Topic fields of `TopicNames` with the command line flag that sets each."""
 

@@ -13,12 +13,13 @@ import numpy as np
 from ..errors import RecordingError
 from ..recording import SINGLE_WHEEL_JOINT, Recording, StampArray, TiltTrack
 from .encoding import (
+    float64_array_messages,
     imu_messages,
     joint_state_messages,
     orientation_messages,
     temperature_messages,
 )
-from .topics import IMU, JOINT_STATE, TEMPERATURE, TopicNames
+from .topics import FLOAT64_ARRAY, IMU, JOINT_STATE, TEMPERATURE, TopicNames
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Qos
@@ -121,6 +122,9 @@ def _recording_topics(recording: Recording) -> list[BagTopic]:
         stamps = recording.temperature.stamps
         messages = temperature_messages(stamps, recording.temperature.temperature, imu.frame_id)
         topics.append(BagTopic(names.temperature, TEMPERATURE, stamps, messages))
+    if recording.motors is not None:
+        stamps, messages = recording.motors.stamps, float64_array_messages(recording.motors.voltage)
+        topics.append(BagTopic(names.motors, FLOAT64_ARRAY, stamps, messages))
     return topics
 
 

@@ -84,6 +84,8 @@ class Filter:
     """Sampling period the defaults belong to [s]; None where they suit any."""
     uses_wheels: bool = False
     """True where `step` reads the wheels itself, beyond the corrected angle."""
+    uses_motors: bool = False
+    """True where `step` reads the motors' voltage."""
     limits: Mapping[str, str] = field(default_factory=dict)
     """What the filter cannot do, by contract clause, with the reason."""
 

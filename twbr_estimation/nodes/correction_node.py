@@ -12,7 +12,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
 from ..errors import MessageError
-from ..pairing import WheelReading
+from ..pairing import MotorCommand, WheelReading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
 from ..streams.cdr import ImuEncoder, WheelDecoder, decode_raw_imu
@@ -86,6 +86,10 @@ class CorrectionNode(Node):
     def take_wheels(self, reading: WheelReading) -> None:
         """Take a reading of the wheel encoders."""
         self._take(self._stream.add_wheels(reading))
+
+    def take_motors(self, command: MotorCommand) -> None:
+        """Take a command to the motors, for a filter in the same process."""
+        self._stream.add_motors(command)
 
     def _on_imu(self, data: bytes) -> None:
         try:

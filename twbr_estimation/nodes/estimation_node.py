@@ -33,6 +33,7 @@ def compose(**options: Any) -> list[Node]:
     drivers = process.declare_parameter("drivers", True, DRIVERS).value
     tilt = FilterNode(subscribe=False, **options)
     correction = CorrectionNode(tilt.take, subscribe=not drivers, **options)
+    tilt.pass_motors = correction.take_motors
     nodes = [process, tilt, correction]
     if drivers:
         take = SensorListener(correction)

@@ -10,10 +10,12 @@ from typing import Any
 
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
 from ..errors import MessageError
 from ..samples import CorrectedSample
+from ..streams.cdr import decode_motor_command
 from ..streams.filtering import FilterStream
 from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
@@ -45,24 +47,28 @@ class FilterNode(Node):
         self._transform = TiltTransform(self)
         self._counts = {"samples": 0, "not_finite_estimates": 0, "unreadable_messages": 0}
         self._trusted = True
-        self._subscribes, self._joints = subscribe, None
+        self._subscribes, self._joints, self._motors = subscribe, None, None
+        self.pass_motors = self._input.add_motors
+        """Who gets the motor commands; a correction in the same process where there is one."""
         if subscribe:
             listen(self, Imu, "imu/data_corrected", self._on_imu)
-            self._find_wheels()
+        self._find_inputs()
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._diagnostics = Diagnostics(self, self._report)
 
-    def _find_wheels(self) -> None:
-        """Listen to the wheels from the moment on when something needs them."""
-        self._input.pair_wheels = self._stream.uses_wheels
+    def _find_inputs(self) -> None:
+        """Listen to wheels and motors from the moment on when something needs them."""
+        self._input.paired = self._stream.uses_wheels or self._stream.uses_motors
         if self._subscribes and self._joints is None and self._input.needs_wheels:
             self._joints = listen(self, JointState, "joint_states", self._on_joints)
+        if self._motors is None and self._stream.uses_motors:
+            self._motors = listen(self, Float64MultiArray, "motor/command", self._on_motors)
 
     def _configure(self, configuration: FilterNodeConfiguration) -> None:
         self._stream.configure(configuration.filters)
         self._input.configure(configuration.setup)
-        self._find_wheels()
+        self._find_inputs()
 
     def _on_imu(self, data: bytes) -> None:
         was_raw = self._input.raw
@@ -73,7 +79,7 @@ class FilterNode(Node):
             return
         if self._input.raw and not was_raw:
             self.get_logger().info("the Imu messages report no orientation: correcting them here")
-            self._find_wheels()
+            self._find_inputs()
         for stamp, sample in ready:
             self.take(stamp, sample)
 
@@ -85,6 +91,12 @@ class FilterNode(Node):
             return
         for stamp, sample in ready:
             self.take(stamp, sample)
+
+    def _on_motors(self, data: bytes) -> None:
+        try:
+            self.pass_motors(decode_motor_command(self.get_clock().now().nanoseconds, data))
+        except MessageError:
+            self._counts["unreadable_messages"] += 1
 
     def take(self, stamp: int, sample: CorrectedSample) -> None:
         """Filter and publish one corrected sample of this stamp [ns]."""

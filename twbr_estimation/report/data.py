@@ -70,7 +70,7 @@ def collect(path: Path, request: Request) -> RecordingReport:
         TwbrError: the recording or the configuration cannot be used.
     """
     done = run(path, request, reference=False)
-    samples = pair(done.recording.imu, done.recording.wheels)
+    samples = pair(done.recording.imu, done.recording.wheels, motors=done.recording.motors)
     return RecordingReport(
         done,
         _angle(samples, uncorrected(done.setup)),

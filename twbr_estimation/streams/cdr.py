@@ -7,11 +7,12 @@ counts from the byte after them. `bags` decodes whole batches of the same format
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
-from ..pairing import WheelReading, wheel_reading
+from ..pairing import MotorCommand, WheelReading, motor_command, wheel_reading
 from ..samples import SINGLE_WHEEL_JOINT
 
 _SECOND = 1_000_000_000
@@ -186,6 +187,40 @@ class WheelDecoder:
         if not self._at:
             return None
         return wheel_reading(stamp, [positions[index] for index in self._at])
+
+
+def decode_motor_command(arrival: int, data: bytes) -> MotorCommand:
+    """Return the command in a serialised `std_msgs/Float64MultiArray` that came at `arrival` [ns].
+
+    Raises:
+        MessageError: not such a message in little-endian XCDR version 1, or not one or two
+            finite voltages in it.
+    """
+    try:
+        voltages = _float64_array(data)
+    except struct.error as error:
+        raise MessageError(f"a Float64MultiArray of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    if len(voltages) not in (1, 2) or not math.isfinite(sum(voltages)):
+        raise MessageError(f"motor command {list(voltages)}: one or two finite voltages are needed")
+    return motor_command(arrival, voltages)
+
+
+def _float64_array(data: bytes) -> tuple[float, ...]:
+    offset = _STAMP + 4
+    for _ in range(_read_count(data, _STAMP)[0]):  # dimensions: label, size, stride
+        offset = _aligned(offset, 4)
+        offset = _aligned(offset + 4 + int(_read_count(data, offset)[0]), 4) + 8
+    offset = _aligned(offset, 4) + 4  # data_offset
+    count = int(_read_count(data, offset)[0])
+    if count > len(data) // 8:
+        raise struct.error(f"{count} doubles do not fit")
+    return struct.unpack_from(f"<{count}d", data, _aligned(offset + 4, 8) if count else 0)
+
+
+def encode_float64s(values: Sequence[float]) -> bytes:
+    """Return a serialised `std_msgs/Float64MultiArray` without dimensions."""
+    return struct.pack(f"<4I4x{len(values)}d", 0x00000100, 0, 0, len(values), *values)
 
 
 def encode_float64(value: float) -> bytes:

@@ -1,7 +1,7 @@
 """From corrected Imu messages back to corrected samples: the other end of the topic.
 
-An Imu message has room for all of a `CorrectedSample` but the time step and the wheels:
-`dt` comes from the stamps, and the wheels are paired again for the filters that read them.
+An Imu message has room for all of a `CorrectedSample` but the time step, the wheels and the
+motors: `dt` comes from the stamps, wheels and motors are paired again for filters that read them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from collections import deque
 
 from ..messages import tilt_of_quaternion
-from ..pairing import DEFAULT_WAIT, Pairer, WheelReading
+from ..pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..samples import CorrectedSample, Sample
 from .cdr import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
 from .correction import UNKNOWN_TIME, Stamped
@@ -20,7 +20,7 @@ ROLL_YAW_VARIANCE = math.pi**2
 """Variance [rad^2] of angles about which nothing is known."""
 UNREPORTED = -1.0
 """First covariance of a field that a message does not report (REP-145)."""
-_NO_WHEELS = (0.0, 0.0, 0.0)
+_UNKNOWN = (0.0,) * 6  # wheels and motors
 _PITCH_VARIANCE = ORIENTATION_COVARIANCE + 4
 
 
@@ -59,8 +59,8 @@ class CorrectedStream:
         """`wait`: how much later [s] than a sample its wheel reading may be stamped."""
         self.imu_guard = StampGuard()
         self.wheel_guard = StampGuard()
-        self.pair_wheels = False
-        """Whether samples wait for their wheels; without, they pass at once."""
+        self.paired = False
+        """Whether samples wait for their wheels and get their motors; else they pass at once."""
         self._pairer = Pairer(wait)
         self._waiting: deque[tuple[int, CorrectedSample]] = deque()
         self._last_stamp: int | None = None
@@ -78,7 +78,7 @@ class CorrectedStream:
             ready = self.flush()
             self._pairer.restart(stamp)
         sample = _sample(values, self._dt(stamp, verdict))
-        if not self.pair_wheels:
+        if not self.paired:
             return [*ready, *self.flush(), (stamp, sample)]
         self._waiting.append((stamp, sample))
         return ready + self._completed(self._pairer.add_imu(stamp, sample[3:9]))
@@ -97,6 +97,10 @@ class CorrectedStream:
             self._pairer.forget_wheels()
         return ready + self._completed(self._pairer.add_wheels(reading))
 
+    def add_motors(self, command: MotorCommand) -> None:
+        """Take a command to the motors."""
+        self._pairer.add_motors(command)
+
     def flush(self) -> Stamped:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return self._completed(self._pairer.flush()) if self._waiting else []
@@ -108,11 +112,11 @@ class CorrectedStream:
         return 0.0 if last is None else (stamp - last) * 1e-9
 
     def _completed(self, paired: list[tuple[int, Sample]]) -> Stamped:
-        return [self._with_wheels(sample) for _, sample in paired]
+        return [self._with_pair(sample) for _, sample in paired]
 
-    def _with_wheels(self, paired: Sample) -> tuple[int, CorrectedSample]:
+    def _with_pair(self, paired: Sample) -> tuple[int, CorrectedSample]:
         stamp, sample = self._waiting.popleft()
-        return stamp, CorrectedSample(*sample[:15], *paired[7:10])
+        return stamp, CorrectedSample(*sample[:15], *paired[7:])
 
 
 def _sample(values: tuple[float, ...], dt: float) -> CorrectedSample:
@@ -120,4 +124,4 @@ def _sample(values: tuple[float, ...], dt: float) -> CorrectedSample:
     gyro_variance = values[GYRO_COVARIANCE : GYRO_COVARIANCE + 9 : 4]
     accel_variance = values[ACCEL_COVARIANCE : ACCEL_COVARIANCE + 9 : 4]
     readings = values[GYRO : GYRO + 3] + values[ACCEL : ACCEL + 3]
-    return CorrectedSample._make(head + readings + gyro_variance + accel_variance + _NO_WHEELS)
+    return CorrectedSample._make(head + readings + gyro_variance + accel_variance + _UNKNOWN)

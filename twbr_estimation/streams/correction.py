@@ -1,4 +1,4 @@
-"""From raw readings to corrected samples, live: guard the stamps, pair the wheels, correct."""
+"""From raw readings to corrected samples, live: guard stamps, pair wheels and motors, correct."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import Counter, deque
 
 from ..correction import SATURATION_MARGIN, Corrector
 from ..oversampling import Oversampler
-from ..pairing import DEFAULT_WAIT, Pairer, WheelReading
+from ..pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample
 from .stamps import StampGuard, Verdict
@@ -87,6 +87,10 @@ class CorrectionStream:
             self._pairer.forget_wheels()
             return ready + self._corrected(self._pairer.add_wheels(reading))
         return self._corrected(self._pairer.add_wheels(reading))
+
+    def add_motors(self, command: MotorCommand) -> None:
+        """Take a command to the motors."""
+        self._pairer.add_motors(command)
 
     def flush(self) -> Stamped:
         """Return the samples that still wait for a wheel, because nothing more arrives."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
 from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError
 from ..estimator import FilterBank
-from ..filters.base import filter_named, filters
+from ..filters.base import Filter, filter_named, filters
 from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from ..settings import DEFAULT_FILTER, DT_TOLERANCE
@@ -100,8 +100,15 @@ class FilterStream:
     @property
     def uses_wheels(self) -> bool:
         """Whether a running filter reads the wheels itself."""
-        names = (self._bank.active, *self._bank.compare)
-        return any(filter_named(name).uses_wheels for name in names)
+        return any(entry.uses_wheels for entry in self._running())
+
+    @property
+    def uses_motors(self) -> bool:
+        """Whether a running filter reads the motors' voltage."""
+        return any(entry.uses_motors for entry in self._running())
+
+    def _running(self) -> Iterator[Filter]:
+        return map(filter_named, (self._bank.active, *self._bank.compare))
 
     def configure(self, configuration: FilterConfiguration) -> None:
         """Go over to another configuration; the estimate goes on without a jump.

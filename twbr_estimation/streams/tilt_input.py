@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
+from ..pairing import MotorCommand
 from ..robot import Setup
 from .cdr import ACCEL, GYRO, WheelDecoder, decode_imu
 from .corrected import CorrectedStream, has_angle
@@ -25,18 +26,18 @@ class TiltInput:
         self._wheels = WheelDecoder(settings.left_wheel_joint, settings.right_wheel_joint)
 
     @property
-    def pair_wheels(self) -> bool:
-        """Whether corrected samples wait for their wheels, for filters that read them."""
-        return self._corrected.pair_wheels
+    def paired(self) -> bool:
+        """Whether corrected samples wait for their wheels and get their motors."""
+        return self._corrected.paired
 
-    @pair_wheels.setter
-    def pair_wheels(self, wanted: bool) -> None:
-        self._corrected.pair_wheels = wanted
+    @paired.setter
+    def paired(self, wanted: bool) -> None:
+        self._corrected.paired = wanted
 
     @property
     def needs_wheels(self) -> bool:
         """Whether wheel readings make a difference."""
-        return self.raw or self.pair_wheels
+        return self.raw or self.paired
 
     def configure(self, setup: Setup) -> None:
         """Correct raw messages with another setup from the next one on."""
@@ -64,6 +65,10 @@ class TiltInput:
         if reading is None:
             return []
         return (self._correction if self.raw else self._corrected).add_wheels(reading)
+
+    def add_motors(self, command: MotorCommand) -> None:
+        """Take a command to the motors."""
+        (self._correction if self.raw else self._corrected).add_motors(command)
 
     def flush(self) -> Stamped:
         """Return the samples that still wait for a wheel, because nothing more arrives."""

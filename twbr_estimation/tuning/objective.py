@@ -130,7 +130,7 @@ def prepare(recording: Recording, setup: Setup, options: Options | None = None) 
     if recording.reference is None:
         raise RecordingError(f"{recording.source}: there is no reference to tune against")
     options = options or Options()
-    samples = pair(recording.imu, recording.wheels)
+    samples = pair(recording.imu, recording.wheels, motors=recording.motors)
     corrected = correct(samples, setup)
     association = Association(recording.reference, options)
     reference, covered = association.at(samples.stamps)
