@@ -13,7 +13,16 @@ NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.i
 DASK = ["distributed>=2023.12"]
 NOISE = ["allantools>=2024.4", "matplotlib>=3.8"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
-TEST = ["pytest>=7.4", "hypothesis>=6.98", "filterpy>=1.4.5", "h5py>=3.10", *DASK, *NOISE, *REPORT]
+TEST = [
+    "pytest>=7.4",
+    "hypothesis>=6.98",
+    "filterpy>=1.4.5",
+    "h5py>=3.10",
+    "sympy>=1.12",
+    *DASK,
+    *NOISE,
+    *REPORT,
+]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
 HARDWARE = ["smbus2>=0.4.3", "gpiod>=2.1"]
 
