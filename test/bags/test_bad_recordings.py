@@ -21,7 +21,7 @@ from twbr_estimation.bags.encoding import (
     orientation_messages,
 )
 from twbr_estimation.bags.topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE
-from twbr_estimation.errors import RecordingError
+from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack
 
 Make = Callable[..., Recording]
@@ -275,6 +275,26 @@ def test_a_float64_estimator_has_the_bags_time(tmp_path: Path) -> None:
     track = read_recording(path, estimators={"mine": "tilt"}).estimators["mine"]
     np.testing.assert_array_equal(track.stamps, regular(10))
     np.testing.assert_allclose(track.tilt, 0.1 * np.arange(10))
+    turned = {"mine": "tilt,sign=-1,unit=deg,offset_deg=-0.5"}
+    track = read_recording(path, estimators=turned).estimators["mine"]
+    np.testing.assert_allclose(np.degrees(track.tilt), -0.1 * np.arange(10) - 0.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("tilt,sign=0", "'sign=0' is not understood; expected TOPIC"),
+        ("tilt,unit=turns", "'unit=turns' is not understood"),
+        ("tilt,offset_deg=much", "'much' is not a finite number"),
+        ("tilt,offset_deg=inf", "'inf' is not a finite number"),
+        (",sign=-1", "names no topic"),
+        ("tilt,upside_down", "'upside_down' is not understood"),
+    ],
+)
+def test_an_estimator_in_another_form_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = write_topics(tmp_path / "a.mcap", imu_topic(regular(10)))
+    with pytest.raises(ConfigurationError, match=re.escape(said)):
+        read_recording(path, estimators={"mine": text})
 
 
 def joint_topic(

@@ -93,7 +93,12 @@ def test_another_estimator_in_the_recording_joins(bags, capsys):
         capsys, bags[0], "--filter", "complementary", "--estimator", "chip=/imu/dmp"
     )
     assert set(document["mean"]) == {"complementary", "chip"}
-    assert document["mean"]["chip"]["max_abs_deg"] > 1.0
+    chip = document["mean"]["chip"]
+    assert chip["max_abs_deg"] > 1.0
+    lifted = evaluated(
+        capsys, bags[0], "--filter", "complementary", "--estimator", "chip=/imu/dmp,offset_deg=2.5"
+    )["mean"]["chip"]
+    assert lifted["bias_deg"] == pytest.approx(chip["bias_deg"] + 2.5)
 
 
 def test_reference_options_and_skip(bags, capsys):

@@ -5,21 +5,27 @@ from __future__ import annotations
 import json
 import math
 import subprocess
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
 from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Float64, Header
+from std_msgs.msg import Float64, Header, String
 from std_srvs.srv import Trigger
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.messages import set_stamp, set_tilt
+from twbr_estimation.nodes.estimator_inputs import FLOAT64
 from twbr_estimation.nodes.evaluator_node import FIGURES, EvaluatorNode
 
-TOPICS = ("imu/data", "tilt/compare", "reference/joint_states", "other/imu")
+TOPICS = ("imu/data", "tilt/compare", "reference/joint_states", "other/imu", "their/joints")
 PERIOD = 2_000_000
 START = 5_000_000_000
 
@@ -158,10 +164,127 @@ def test_diagnostics_name_what_is_missing_and_then_the_best(graph: Any) -> None:
     assert "no estimate" in node.report().message
 
 
-@pytest.mark.parametrize("entry", ["imu/data", "a b=imu/data", "=imu/data", "name="])
-def test_a_wrong_estimator_is_refused(graph: Any, entry: str) -> None:
-    with pytest.raises(ConfigurationError, match="NAME=TOPIC"):
-        EvaluatorNode(**graph.options(estimators=[entry]))
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        (["imu/data"], "NAME=TOPIC"),
+        (["a b=imu/data"], "NAME=TOPIC"),
+        (["=imu/data"], "NAME=TOPIC"),
+        (["name="], "NAME=TOPIC"),
+        (["a=b", "a=c"], "a stands twice"),
+        (["a=b,sign=2"], "estimators: .*'sign=2' is not understood"),
+    ],
+)
+def test_a_wrong_estimator_is_refused(graph: Any, entries: list[str], said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        EvaluatorNode(**graph.options(estimators=entries))
+
+
+@pytest.fixture
+def peer(domain: int) -> Iterator[Any]:
+    """A node of another participant: one that publishes what ours did not expect."""
+    context = Context()
+    rclpy.init(context=context, domain_id=domain)
+    node = rclpy.create_node("peer", context=context)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def listening(node: EvaluatorNode, topic: str) -> Any:
+    """Let the node look at the graph; return its input of that topic."""
+    node.publish_figures()
+    (found,) = [each for each in node._inputs if each.topic == topic]
+    return found
+
+
+def test_an_estimator_of_another_type_sign_and_unit_joins(graph: Any) -> None:
+    """The topic's type is found out; a JointState and an Imu keep their stamps."""
+    joint, imu = "wheel=/their/joints:pitch,sign=-1,unit=deg", "their=/other/imu,offset_deg=-2"
+    node = evaluator(graph, estimators=[joint, imu, "plain=/other/imu"])
+    source = Source(graph)
+    joints = graph.probe.create_publisher(JointState, "their/joints", 1000)
+    graph.settle()
+    for index in range(100):
+        tilt = 0.2 * math.sin(0.01 * index)
+        source.publish(index, math.radians(-1.0))  # other/imu reads 2 deg too much
+        their = -math.degrees(tilt) - 3.0
+        source.joints(joints, START + PERIOD * index, knee=1.0, pitch=their)
+        source.joints(joints, START + PERIOD * index, elbow=1.0)  # somebody else's
+    graph.spin_until(lambda: received(node) == 100)
+    scores = node._live.scores(delays=False)
+    assert scores["their"].max_abs_deg == pytest.approx(0.0, abs=1e-9)
+    assert scores["plain"].bias_deg == pytest.approx(2.0)
+    assert scores["wheel"].bias_deg == pytest.approx(3.0)
+    assert scores["wheel"].mse_deg2 == pytest.approx(9.0)
+    assert node._live.refused == {}
+
+
+def test_a_number_without_a_stamp_counts_from_its_arrival(graph: Any, peer: Any) -> None:
+    """A reference that turns at 1 rad/s tells the delay of the stamps."""
+    node = evaluator(graph, estimators=["theirs=/robot_pitch"])
+    source, pitch = Source(graph), peer.create_publisher(Float64, "robot_pitch", 1000)
+    begin = time.time_ns()
+
+    def publish() -> None:
+        now = time.time_ns()
+        source.joints(source._reference, now, tilt=(now - begin) * 1e-9)
+        pitch.publish(Float64(data=(now - begin) * 1e-9))
+
+    graph.settle()
+    graph.spin_until(lambda: listening(node, "/robot_pitch").kind == FLOAT64)
+    graph.spin_until(lambda: pitch.get_subscription_count() == 1)
+    theirs = listening(node, "/robot_pitch")
+    for count in range(1, 51):
+        publish()
+        graph.spin_until(lambda count=count: theirs.received == count)
+    publish()  # the reference must pass the last stamp
+    graph.spin_until(lambda: received(node) >= 50)
+    score = node._live.scores(delays=False)["theirs"]
+    assert -math.degrees(0.05) < score.bias_deg < 0.0  # late by up to 50 ms, never early
+
+
+def test_a_simulated_clock_stamps_what_has_no_stamp(graph: Any, peer: Any) -> None:
+    node = evaluator(graph, estimators=["theirs=/robot_pitch"], use_sim_time=True)
+    pitch = peer.create_publisher(Float64, "robot_pitch", 1000)
+    clock = graph.probe.create_publisher(Clock, "/clock", 10)
+    source = Source(graph)
+    graph.settle()
+    graph.spin_until(lambda: listening(node, "/robot_pitch").kind == FLOAT64)
+    theirs = listening(node, "/robot_pitch")
+    graph.spin_until(lambda: pitch.get_subscription_count() == 1)
+    for index in range(20):
+        stamp = START + 10 * PERIOD * index
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(stamp, 10**9)
+        clock.publish(message)
+        graph.spin_until(lambda stamp=stamp: node.get_clock().now().nanoseconds == stamp)
+        source.joints(source._reference, stamp, tilt=0.02 * index)
+        pitch.publish(Float64(data=0.02 * index))
+        graph.spin_until(lambda index=index: theirs.received == index + 1)
+    graph.spin_until(lambda: received(node) == 20)
+    assert node._live.scores(delays=False)["theirs"].max_abs_deg == pytest.approx(0.0, abs=1e-9)
+
+
+def test_why_an_estimator_is_not_compared_is_told(graph: Any, peer: Any) -> None:
+    entries = ["text=/words", "stopped=/other/imu", "old=imu/data"]
+    node = evaluator(graph, estimators=entries)
+    words = peer.create_publisher(String, "words", 10)
+    source = Source(graph)
+    graph.settle()
+    for index in range(50):
+        stamp = START + PERIOD * index
+        source.joints(source._reference, stamp, tilt=0.0)
+        source.imu("other/imu", 0, 0.0)
+        source.imu("imu/data", stamp - 3_000_000_000, 0.0)
+    words.publish(String(data="upright"))
+    graph.spin_until(lambda: listening(node, "/other/imu").without_stamp == 50)
+    graph.spin_until(lambda: listening(node, "/imu/data").received == 50)
+    graph.spin_until(lambda: bool(listening(node, "/words").problem))
+    said = node.report().message
+    assert "/words is std_msgs/msg/String; needed is sensor_msgs/msg/Imu" in said
+    assert "/other/imu: no message has a stamp" in said
+    assert "old: its stamps are -3.000 s from the reference's" in said
 
 
 def test_settings_are_fixed_once_it_runs(graph: Any) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
+from ..estimator_topics import EstimatorTopic, estimator_topic
 from ..messages import tilt_of_quaternion
 from ..recording import (
     SINGLE_WHEEL_JOINT,
@@ -63,12 +64,13 @@ def read_recording(
         path: The recording.
         topics: Topics and joints, where they differ from the defaults. An empty topic is
             not read; a topic that was given and is absent is an error.
-        estimators: Topics of other estimators' tilt by name: Imu, Float64 [rad], or
-            JointState, then as TOPIC:JOINT.
+        estimators: Topics of other estimators' tilt by name, Imu, Float64 or JointState, in
+            the form of `estimator_topics`.
         required: Roles besides the IMU (fields of `TopicNames`) that must be there.
 
     Raises:
         RecordingError: no bag, a missing or empty topic, or tracks that do not overlap.
+        ConfigurationError: an estimator in another form.
     """
     names = topics or TopicNames()
     reader = _Reader(Path(path), names, dict(estimators or {}), {"imu", *required})
@@ -83,8 +85,10 @@ class _Reader:
     ) -> None:
         self.path, self.names, self.required = path, names, required
         self.requests = _role_requests(names)
+        self.described = {name: estimator_topic(text) for name, text in estimators.items()}
         self.estimators = {
-            name: _tilt_request(topic, names.reference_joint) for name, topic in estimators.items()
+            name: _tilt_request(each, names.reference_joint)
+            for name, each in self.described.items()
         }
         wanted = [*self.requests.values(), *self.estimators.values()]
         self.contents: Contents = read_contents(path, list(dict.fromkeys(wanted)))
@@ -156,7 +160,10 @@ class _Reader:
         request = self.estimators[name]
         if request not in self.contents.columns:
             raise self._missing(f"--estimator {name}=TOPIC", request.topic)
-        return self._tilt_track(request, self._with_joint(request, "--estimator NAME=TOPIC:JOINT"))
+        columns = self._with_joint(request, "--estimator NAME=TOPIC:JOINT")
+        published, described = self._tilt_track(request, columns), self.described[name]
+        rate = None if published.rate is None else described.factor * published.rate
+        return TiltTrack(published.stamps, described.tilt(published.tilt), rate)
 
     def _tilt_track(self, request: Request, columns: Columns) -> TiltTrack:
         if self.contents.types[request.topic] != IMU:
@@ -303,6 +310,5 @@ def _role_requests(names: TopicNames) -> dict[str, Request]:
     return {role: request for role, request in requests.items() if request.topic}
 
 
-def _tilt_request(topic: str, joint: str) -> Request:
-    name, _, own_joint = topic.partition(":")
-    return Request(absolute(name), _TILT_TYPES, (own_joint or joint,))
+def _tilt_request(described: EstimatorTopic, joint: str) -> Request:
+    return Request(absolute(described.topic), _TILT_TYPES, (described.joint or joint,))

@@ -9,6 +9,7 @@ from pathlib import Path
 from ..bags import TopicNames
 from ..bags.topics import ROLES
 from ..errors import ConfigurationError
+from ..estimator_topics import FORM
 from ..evaluation import Options
 from ..offline import TERMS, Request
 from ..samples import RESTART_GAP
@@ -75,7 +76,8 @@ def add_request(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=TOPIC",
-        help="further estimator in the recording (Imu orientation or Float64 tilt), repeatable",
+        help="further estimator in the recording (orientation of an Imu, Float64, or JointState "
+        f"as TOPIC:JOINT), repeatable; in full: NAME={FORM}",
     )
     add_settings(parser)
     parser.add_argument(

@@ -1,7 +1,8 @@
 """Compare live estimates with the reference encoder: running figures, table and JSON at the end.
 
-Scores `tilt/compare`, `imu/data` and any further Imu topic against `reference/joint_states`
-with the association and the figures of `twbr evaluate`. Each estimator has its figures on
+Scores `tilt/compare`, `imu/data` and the topics of any further estimators, Imu, JointState or
+Float64, against `reference/joint_states` with the association and the figures of
+`twbr evaluate`. Each estimator has its figures on
 topics of their own, `~/NAME/mse_deg2`, `rmse_deg`, `bias_deg` and `max_abs_deg`
 (std_msgs/Float64), from the moment on when it has been compared; `~/progress` carries the stamp
 up to which everything has arrived. Where the reference jumps back, as in a looped recording, a
@@ -16,18 +17,19 @@ from typing import Annotated, Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError, MessageError, TwbrError
+from ..estimator_topics import EstimatorTopic, estimator_topic
 from ..evaluation import Options, RecordingScore
-from ..messages import tilt_of_quaternion
-from ..streams.cdr import ORIENTATION, ORIENTATION_COVARIANCE, JointStateDecoder, decode_imu
+from ..streams.cdr import JointStateDecoder
 from ..streams.evaluation import LiveEvaluation
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
+from .estimator_inputs import estimator_inputs
 from .parameters import NodeParameters
 from .qos import overridable, published, subscribed
 from .spin import run
@@ -48,7 +50,9 @@ class EvaluatorSettings:
     """Parameters of the node."""
 
     estimators: tuple[str, ...] = ("active=imu/data",)
-    """Imu topics to compare, as NAME=TOPIC; all of `tilt/compare` comes on top."""
+    """Estimators to compare, as NAME=TOPIC[:JOINT][,sign=-1][,unit=deg][,offset_deg=NUMBER]; the
+    topic's type, Imu, JointState or Float64, shows by itself. All of `tilt/compare` comes on
+    top."""
     reference_joint: str = "tilt"
     """Joint of `reference/joint_states` that is the tilt."""
     reference_delay: Annotated[
@@ -70,21 +74,25 @@ class EvaluatorSettings:
         require_bounds(self)
         self.topics()
 
-    def topics(self) -> dict[str, str]:
-        """Return the Imu topics by the estimators' names.
+    def topics(self) -> dict[str, EstimatorTopic]:
+        """Return the topics by the estimators' names.
 
         Raises:
-            ConfigurationError: an entry that is not NAME=TOPIC.
+            ConfigurationError: an entry that is not NAME=TOPIC, or a name that stands twice.
         """
-        found = {}
-        for entry in self.estimators:
+        found: dict[str, EstimatorTopic] = {}
+        for entry in filter(None, self.estimators):
             name, _, topic = entry.partition("=")
-            if entry and not (name.isidentifier() and topic):
+            if not (name.isidentifier() and topic):
                 raise ConfigurationError(
                     f"estimators: {entry!r} is not NAME=TOPIC, the name of letters, digits and _"
                 )
-            found[name] = topic
-        found.pop("", None)
+            if name in found:
+                raise ConfigurationError(f"estimators: {entry!r}: {name} stands twice")
+            try:
+                found[name] = estimator_topic(topic)
+            except ConfigurationError as error:
+                raise ConfigurationError(f"estimators: {error}") from None
         return found
 
     def options(self) -> Options:
@@ -134,8 +142,10 @@ class EvaluatorNode(Node):
         }
         for topic, take in joint_topics.items():
             self._listen(JointState, topic, self._joint_callback(take))
-        for name, topic in self._settings.topics().items():
-            self._listen(Imu, topic, self._imu_callback(name))
+        settings = self._settings
+        self._inputs = estimator_inputs(
+            self, settings.topics(), settings.reference_joint, self._on_estimate
+        )
 
     def _listen(self, kind: Any, topic: str, callback: Any) -> None:
         def guarded(data: bytes) -> None:
@@ -152,17 +162,9 @@ class EvaluatorNode(Node):
         decoder = JointStateDecoder()
         return lambda data: take(*decoder.decode(data))
 
-    def _imu_callback(self, name: str) -> Any:
-        def take(data: bytes) -> None:
-            stamp, values = decode_imu(data)
-            x, y, z, w = values[ORIENTATION : ORIENTATION + 4]
-            oriented = values[ORIENTATION_COVARIANCE] != -1.0 and (x, y, z, w) != (0, 0, 0, 0)
-            self._live.add_estimate(
-                name, stamp, float(tilt_of_quaternion(x, y, z, w)) if oriented else math.nan
-            )
-            self._note(f"{name} on its topic", stamp)
-
-        return take
+    def _on_estimate(self, name: str, stamp: int, tilt: float) -> None:
+        self._live.add_estimate(name, stamp, tilt)
+        self._note(f"{name} on its topic", stamp)
 
     def _on_compare(self, stamp: int, names: tuple[str, ...], tilts: tuple[float, ...]) -> None:
         for name, tilt in zip(names, tilts, strict=True):
@@ -213,6 +215,8 @@ class EvaluatorNode(Node):
 
     def publish_figures(self) -> None:
         """Score what has come, and publish each figure of each estimator."""
+        for each in self._inputs:
+            each.look()
         self._live.update()
         for name, score in self._live.scores(delays=False).items():
             for figure in FIGURES:
@@ -230,7 +234,7 @@ class EvaluatorNode(Node):
         scores = self._live.scores(delays=False)
         values: dict[str, object] = {
             "recordings_finished": len(self._finished),
-            "unreadable_messages": self._unreadable,
+            "unreadable_messages": self._unreadable + sum(each.unreadable for each in self._inputs),
             **{f"{name}.not_used": count for name, count in self._live.refused.items()},
         }
         for name, score in scores.items():
@@ -238,6 +242,9 @@ class EvaluatorNode(Node):
             values |= {f"{name}.samples": score.samples, f"{name}.left_out": score.left_out}
         if REFERENCE not in self._last_stamps:
             return Report(Level.WARN, "waiting for reference/joint_states", values)
+        problems = [each.problem for each in self._inputs if each.problem]
+        if problems := [*problems, *self._live.problems()]:
+            return Report(Level.WARN, "; ".join(problems), values)
         if not scores:
             return Report(Level.WARN, "no estimate has been compared yet", values)
         best = min(scores, key=lambda name: scores[name].mse_deg2)

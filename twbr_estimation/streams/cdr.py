@@ -223,6 +223,20 @@ def encode_float64s(values: Sequence[float]) -> bytes:
     return struct.pack(f"<4I4x{len(values)}d", 0x00000100, 0, 0, len(values), *values)
 
 
+def decode_float64(data: bytes) -> float:
+    """Return the number of a serialised `std_msgs/Float64`.
+
+    Raises:
+        MessageError: not a Float64 in little-endian XCDR version 1.
+    """
+    try:
+        value = float(_FLOAT64.unpack_from(data)[1])
+    except struct.error as error:
+        raise MessageError(f"a Float64 of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    return value
+
+
 def encode_float64(value: float) -> bytes:
     """Return a serialised `std_msgs/Float64`."""
     return _FLOAT64.pack(0x00000100, value)

@@ -158,6 +158,20 @@ class LiveEvaluation:
             if estimator.sums.samples > 0
         }
 
+    def problems(self) -> tuple[str, ...]:
+        """Return why estimators that have sent something have not been compared."""
+        reference, found = self._reference.last_stamp, []
+        for name, estimator in self._estimators.items():
+            last = estimator.values.last_stamp
+            if estimator.sums.samples > 0 or reference is None:
+                continue
+            if last is None:
+                found.append(f"{name}: not one of its tilts is a number")
+            elif abs(last - reference) > _RESTART:
+                ahead = (last - reference) * 1e-9
+                found.append(f"{name}: its stamps are {ahead:+.3f} s from the reference's")
+        return tuple(found)
+
     def result(self) -> RecordingScore:
         """Return the scores in the form of an evaluated recording.
 
