@@ -10,30 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
-from importlib import import_module
-from pkgutil import iter_modules
-from typing import Any, NamedTuple, TypeVar, get_type_hints
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..bounds import Bounds as Bounds
-from ..bounds import within
+from ..declared import Parameter as Parameter
+from ..declared import collected, configured, declared
 from ..errors import ConfigurationError
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """One declared parameter of a filter."""
-
-    name: str
-    default: float
-    bounds: Bounds
 
 
 class Matrices(NamedTuple):
@@ -101,7 +91,8 @@ class Filter:
 
     def declared(self) -> tuple[Parameter, ...]:
         """Return the declared parameters in order."""
-        return _declared(self)
+        kind: Any = self.parameters
+        return declared(kind)
 
     def configure(self, values: Mapping[str, float] | None = None) -> Any:
         """Return validated parameters, the defaults replaced by `values`.
@@ -109,20 +100,7 @@ class Filter:
         Raises:
             ConfigurationError: unknown name, not a finite number, or outside its bounds.
         """
-        return self.parameters(**self._checked(dict(values or {})))
-
-    def _checked(self, values: dict[str, float]) -> dict[str, float]:
-        declared = {parameter.name: parameter for parameter in self.declared()}
-        for name in values:
-            if name not in declared:
-                known = ", ".join(declared) or "none"
-                raise ConfigurationError(
-                    f"filter {self.name} has no parameter {name!r}; it has: {known}"
-                )
-        checked = {name: parameter.default for name, parameter in declared.items()}
-        for name, value in values.items():
-            checked[name] = within(f"{self.name}.{name}", value, declared[name].bounds)
-        return checked
+        return configured(f"filter {self.name}", self.parameters, values or {})
 
     def warnings(self, parameters: Any, dt: float) -> tuple[str, ...]:
         """Return what a user should know about these parameters at this sampling period."""
@@ -136,17 +114,6 @@ class Filter:
             "at 1 or above an initial error does not die out"
         )
         return (warning,)
-
-
-@cache
-def _declared(entry: Filter) -> tuple[Parameter, ...]:
-    """Resolve the annotations of a filter's parameters, once."""
-    hints = get_type_hints(entry.parameters, include_extras=True)
-    defaults = entry.parameters._field_defaults
-    return tuple(
-        Parameter(name, float(defaults[name]), hints[name].__metadata__[0])
-        for name in entry.parameters._fields
-    )
 
 
 def compiled_as(loops: Callable[..., Any]) -> Callable[[Function], Function]:
@@ -175,11 +142,7 @@ def estimate_of(state: Any) -> TiltEstimate:
 @lru_cache(maxsize=1)
 def filters() -> Mapping[str, Filter]:
     """Return every filter of this folder by name, in alphabetical order."""
-    package = __name__.rpartition(".")[0]
-    path = import_module(package).__path__
-    modules = (import_module(f"{package}.{entry.name}") for entry in iter_modules(path))
-    found = (module.FILTER for module in modules if hasattr(module, "FILTER"))
-    return {entry.name: entry for entry in sorted(found, key=lambda entry: entry.name)}
+    return collected(__name__.rpartition(".")[0], "FILTER")
 
 
 def filter_named(name: str) -> Filter:

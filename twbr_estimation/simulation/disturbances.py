@@ -71,6 +71,20 @@ class Disturbances:
     slip: FloatArray
     """Speed of the tread over the ground [m/s], (n,)."""
 
+    def inputs(self) -> FloatArray:
+        """Return all but the vibration, (n, 7), in the order of `rig.Inputs`."""
+        return np.column_stack(
+            [
+                self.push,
+                self.slope,
+                self.hit,
+                self.target,
+                self.target_speed,
+                self.bump,
+                self.slip,
+            ]
+        )
+
 
 def stream(seed: int, purpose: str) -> np.random.Generator:
     """Return the random stream of one purpose."""

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from ..compilation import compiled, source_version
 from ..plants.laddach2022 import PlantParameters
 from ..recording import FloatArray
 from ..sensors.error_model import ImuErrors, low_passed, read
 from .balance import BalanceGains
 from .disturbances import STEP, Disturbances
-from .rig import Inputs, RigState, loads, motion_of, next_voltage, step
-from .sensing import Motion, Mount, at_rest, sense
+from .rig import Inputs, RigState, next_voltage, stretch
+from .sensing import Motion, Mount, at_rest, sense, sense_stretch
 from .spatial import Felt
 
 _SOURCES = ("samples.py", "plants/*.py", "sensors/error_model.py", "simulation/*.py")
@@ -34,11 +34,10 @@ def drive(
     Returns:
         The motion, (n, 8) with the fields of `Motion`, its first row at rest; and the falls.
     """
-    d = disturbances
-    inputs = np.column_stack([d.push, d.slope, d.hit, d.target, d.target_speed, d.bump, d.slip])
+    inputs = disturbances.inputs()
     motion = np.zeros((inputs.shape[0], len(Motion._fields)))
     state = _drive_kernel()(
-        inputs, d.vibration, plant, gains, round(period / STEP), RigState(), motion
+        inputs, disturbances.vibration, plant, gains, round(period / STEP), RigState(), motion
     )
     return motion, int(state.falls)
 
@@ -83,27 +82,67 @@ def measure_felt(
     return readings
 
 
+def _compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
+    """Compile a loop; only now numba is imported, which single steps do without."""
+    from ..compilation import compiled, source_version
+
+    return compiled(run, source_version(_SOURCES), *called)
+
+
 @lru_cache(maxsize=1)
 def _drive_kernel() -> Any:
     def run(
         inputs: Any, vibration: Any, plant: Any, gains: Any, every: int, state: Any, motion: Any
     ) -> Any:
         voltage, pending = 0.0, 0.0
-        for i in range(1, inputs.shape[0]):
-            row = inputs[i - 1]
+        last = inputs.shape[0] - 1
+        for i in range(0, last, every):
+            row = inputs[i]
             now = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
-            if (i - 1) % every == 0:
-                voltage = pending
-                pending = next_voltage(state, now, pending, gains, plant.supply_voltage)
-            acting = loads(state, now, plant)
-            state = step(state, now, voltage, acting, plant)
-            shake = (vibration[i, 0], vibration[i, 1], vibration[i, 2])
-            moved = motion_of(state, acting, voltage, shake)
-            for column in range(len(moved)):
-                motion[i, column] = moved[column]
+            voltage = pending
+            pending = next_voltage(state, now, pending, gains, plant.supply_voltage)
+            end = min(i + every, last)
+            state = stretch(
+                state,
+                inputs[i:end],
+                vibration[i + 1 : end + 1],
+                voltage,
+                plant,
+                motion[i + 1 : end + 1],
+            )
         return state
 
-    return compiled(run, source_version(_SOURCES), next_voltage, loads, step, motion_of)
+    return _compiled(run, next_voltage, stretch)
+
+
+@lru_cache(maxsize=1)
+def stretch_kernel() -> Any:
+    """Return `stretch` compiled, for arrays."""
+
+    def run(state: Any, inputs: Any, vibration: Any, voltage: Any, plant: Any, motion: Any) -> Any:
+        return stretch(state, inputs, vibration, voltage, plant, motion)
+
+    return _compiled(run, stretch)
+
+
+@lru_cache(maxsize=1)
+def sense_kernel() -> Any:
+    """Return `sense_stretch` compiled, for arrays."""
+
+    def run(sensed: Any, motion: Any, mount: Any) -> Any:
+        return sense_stretch(sensed, motion, mount)
+
+    return _compiled(run, sense_stretch)
+
+
+@lru_cache(maxsize=1)
+def read_kernel() -> Any:
+    """Return `error_model.read` compiled."""
+
+    def run(rate: Any, force: Any, drift: Any, noise: Any, errors: Any) -> Any:
+        return read(rate, force, drift, noise, errors)
+
+    return _compiled(run, read)
 
 
 @lru_cache(maxsize=1)
@@ -128,7 +167,7 @@ def _measure_kernel() -> Any:
                 for column in range(6):
                     readings[k, column] = reading[column]
 
-    return compiled(run, source_version(_SOURCES), at_rest, sense, read)
+    return _compiled(run, at_rest, sense, read)
 
 
 @lru_cache(maxsize=1)
@@ -152,4 +191,4 @@ def _measure_felt_kernel() -> Any:
                 for column in range(6):
                     readings[k, column] = reading[column]
 
-    return compiled(run, source_version(_SOURCES), low_passed, read)
+    return _compiled(run, low_passed, read)

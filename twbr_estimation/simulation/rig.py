@@ -7,7 +7,7 @@ closed loop takes one step at a time.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..plants.laddach2022 import (
     Loads,
@@ -202,6 +202,37 @@ def motion_of(state: RigState, acting: Loads, voltage: float, vibration: Triple)
         level * vibration[2] + _ring_acceleration(state.ring_up),
         state.wheel_travel,
     )
+
+
+def stretch(
+    state: RigState,
+    inputs: Any,
+    vibration: Any,
+    voltage: float,
+    plant: PlantParameters,
+    motion: Any,
+) -> RigState:
+    """Take n steps under one voltage.
+
+    Args:
+        state: before.
+        inputs: the disturbances of each step, n rows in the order of `Inputs`.
+        vibration: at unit level after each step, n rows of forward, left, up.
+        voltage: of the motors [V].
+        plant: the robot.
+        motion: n rows that receive the fields of `Motion` after each step.
+
+    Rows of an array, or lists of floats, which are faster where this runs interpreted.
+    """
+    for i in range(len(inputs)):
+        row, shake = inputs[i], vibration[i]
+        now = Inputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
+        acting = loads(state, now, plant)
+        state = step(state, now, voltage, acting, plant)
+        moved = motion_of(state, acting, voltage, (shake[0], shake[1], shake[2]))
+        for column in range(len(moved)):
+            motion[i][column] = moved[column]
+    return state
 
 
 def next_voltage(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -82,6 +82,15 @@ def sense(last: SensedMotion, motion: Motion, mount: Mount) -> SensedMotion:
         ),
         motion,
     )
+
+
+def sense_stretch(sensed: SensedMotion, motion: Any, mount: Mount) -> SensedMotion:
+    """Return what reaches the sensing elements after n steps; `motion` as in `rig.stretch`."""
+    for i in range(len(motion)):
+        row = motion[i]
+        now = Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        sensed = sense(sensed, now, mount)
+    return sensed
 
 
 def _sensor_velocity(motion: Motion, mount: Mount) -> tuple[float, float]:

@@ -65,7 +65,7 @@ def simulate(
         raise ConfigurationError(f"there is no scene {scene!r}; there are: {', '.join(SCENES)}")
     if seed < 0:
         raise ConfigurationError(f"seed {seed} is below 0")
-    setup, true_setup = _setups(chosen, seed)
+    setup, true_setup = setups_of(chosen, seed)
     plant = true_setup.robot.plant()
     performed = SCENES[scene](chosen, plant, (samples - 1) * every + 1, seed)
     imu = _imu(performed, chosen, true_setup, every, samples, seed)
@@ -89,10 +89,10 @@ def _sampling(dt: float, duration: float) -> tuple[int, int]:
     return every, samples
 
 
-def _setups(world: World, seed: int) -> tuple[Setup, Setup]:
+def setups_of(world: World, seed: int, robot: Robot | None = None) -> tuple[Setup, Setup]:
     """Return the setup the estimator is told, and the true one; signs vary by seed."""
     signs = stream(seed, "geometry").choice([-1.0, 1.0], 4).tolist()
-    told = Robot(track_width=world.track_width)
+    told = replace(robot or Robot(), track_width=world.track_width)
     arm = told.lever_arm
     true = replace(
         told,
@@ -102,7 +102,11 @@ def _setups(world: World, seed: int) -> tuple[Setup, Setup]:
             arm[1] + signs[3] * world.lateral_arm_error,
             arm[2] + signs[1] * world.lever_arm_error,
         ),
-        mounting=(0.0, signs[2] * math.radians(world.mounting_error_deg), 0.0),
+        mounting=(
+            told.mounting[0],
+            told.mounting[1] + signs[2] * math.radians(world.mounting_error_deg),
+            told.mounting[2],
+        ),
     )
     inverse = 1.0 / (1.0 + world.gyro_scale_error)
     calibration = replace(world.calibration, gyro_scale=(inverse, inverse, inverse))

@@ -1,0 +1,5 @@
+"""Balance controllers, one a file; see `base` for what a controller is."""
+
+from .base import ControlInput, Controller, MotorVoltages, controller_named, controllers
+
+__all__ = ["ControlInput", "Controller", "MotorVoltages", "controller_named", "controllers"]

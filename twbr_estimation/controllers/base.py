@@ -1,0 +1,104 @@
+"""What a balance controller is: one `Controller` per file, collected by name.
+
+A controller file defines `Parameters` (the settings a user may change), `State` (what a step
+remembers, with the voltages it asks for), `reset`, `step` and where needed `derive`, and ends
+with `CONTROLLER = Controller(...)`. The registry, `twbr balance` and the node read that
+definition and nothing else. Steps use scalars and `math` only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from ..bounds import Bounds as Bounds
+from ..declared import Parameter, collected, configured, declared
+from ..errors import ConfigurationError
+from ..robot import Robot
+
+
+class ControlInput(NamedTuple):
+    """What a controller knows at one instant; REP-103 signs, tilt positive leaning forward."""
+
+    dt: float
+    """Time since the previous step [s]; 0 for the first."""
+    tilt: float
+    """Tilt [rad]."""
+    rate: float
+    """Tilt rate [rad/s]."""
+    position: float
+    """Travel of the axle over the ground [m]; the encoder's turn with the body is out of it."""
+    velocity: float
+    """Speed of the axle [m/s]."""
+    heading: float
+    """Heading [rad], not wrapped, positive to the left; 0 on a robot that cannot tell."""
+    yaw_rate: float
+    """Its rate [rad/s]."""
+    target_velocity: float
+    """Commanded speed [m/s]."""
+    target_yaw_rate: float
+    """Commanded yaw rate [rad/s]."""
+
+
+class MotorVoltages(NamedTuple):
+    """What the motors get until the next step [V]; positive drives forward."""
+
+    left: float
+    right: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Controller:
+    """The complete definition of a controller; everything else is derived from it."""
+
+    name: str
+    """Name in the registry, in `controller` and in parameter prefixes (`pid.tilt_gain`)."""
+    title: str
+    """One sentence for tables."""
+    source: str
+    """Paper and equations."""
+    parameters: type[Any]
+    """Named tuple whose fields are `Annotated[float, Bounds(...)]` with defaults."""
+    state: type[Any]
+    """Named tuple with the fields `left` and `right`, the voltages asked for [V]."""
+    reset: Callable[[ControlInput, Any], Any]
+    """reset(input, coefficients): the state to begin with; stand where the robot is now."""
+    step: Callable[[Any, ControlInput, Any], Any]
+    """step(state, input, coefficients): the state one period later; dt is above 0."""
+    derive: Callable[[Any, Robot, float], Any]
+    """derive(parameters, robot, period): the coefficients, computed once; period in [s]."""
+
+    def declared(self) -> tuple[Parameter, ...]:
+        """Return the declared parameters in order."""
+        kind: Any = self.parameters
+        return declared(kind)
+
+    def configure(self, values: Mapping[str, float] | None = None) -> Any:
+        """Return validated parameters, the defaults replaced by `values`.
+
+        Raises:
+            ConfigurationError: unknown name, not a finite number, or outside its bounds.
+        """
+        return configured(f"controller {self.name}", self.parameters, values or {})
+
+
+@lru_cache(maxsize=1)
+def controllers() -> Mapping[str, Controller]:
+    """Return every controller of this folder by name, in alphabetical order."""
+    return collected(__name__.rpartition(".")[0], "CONTROLLER")
+
+
+def controller_named(name: str) -> Controller:
+    """Return the controller of that name.
+
+    Raises:
+        ConfigurationError: no such controller; the message lists those there are.
+    """
+    try:
+        return controllers()[name]
+    except KeyError:
+        raise ConfigurationError(
+            f"there is no controller {name!r}; there are: {', '.join(controllers())}"
+        ) from None
