@@ -4,18 +4,19 @@ The error vector has 21 entries: attitude (3, level axes), velocity (3), positio
 distance rolled (1), gyro bias (3), gyro gain (3), accelerometer bias (3), the rate beyond
 the gyro's range (1) and the lever arm's height (1). Functions change the arrays they are given.
 
-Row operations are spelled twice: with whole rows for the interpreter, and in loops for the
-compiler, which would allocate a row for every intermediate. Both do the same operations on
-each element in the same order, so the results are the same to the last bit.
+Array operations are spelled twice: in few calls for the interpreter, and in loops for the
+compiler, which would allocate every intermediate. Both do the same operations on each element
+in the same order, so the results are the same to the last bit.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .base import compiled_as
-from .strapdown import Matrix, Vector
 
 STATES = 21
 """Length of the error vector."""
@@ -25,101 +26,116 @@ LEVER_UP = 20
 
 Array = NDArray[np.float64]
 
+MOVING = 10
+"""The first entries, which others move: attitude, velocity, position, distance."""
 
-def advanced(
-    p: Array,
-    time: float,
-    turn: Matrix,
-    spin: Matrix,
-    excess: Vector,
-    push: Vector,
-    heading: tuple[float, float],
-    drift: float,
-    leak: float,
-) -> Array:
-    """Return the covariance one window later, F P F'.
+
+def _sources() -> NDArray[np.int64]:
+    attitude, accel = range(ATTITUDE, ATTITUDE + 3), range(ACCEL_BIAS, ACCEL_BIAS + 3)
+    table = np.full((MOVING, 7), LEVER_UP)  # which moves nothing, where there is no other
+    table[ATTITUDE : ATTITUDE + 3] = [*range(GYRO_BIAS, GYRO_BIAS + 6), EXCESS]
+    table[VELOCITY : VELOCITY + 3, :6] = [*attitude, *accel]
+    table[POSITION : POSITION + 3, :2] = [[VELOCITY + i, POSITION + i] for i in range(3)]
+    table[DISTANCE, :3] = VELOCITY, VELOCITY + 1, ATTITUDE + 2
+    return table
+
+
+SOURCES = _sources()
+"""What moves each of them over a window, (10, 7)."""
+_TERMS = SOURCES.shape[1]
+_ROWS = SOURCES.T.ravel()
+_PLACES = (np.arange(MOVING) * STATES + SOURCES.T).ravel()
+_BELOW = np.tri(MOVING, dtype=bool)
+
+
+def _advanced_in_loops(p: Array, f: Array) -> Array:
+    w = np.empty(SOURCES.shape)
+    for i in range(MOVING):
+        for k in range(_TERMS):
+            w[i, k] = f[i, SOURCES[i, k]]
+    q = np.empty((STATES, STATES))
+    for i in range(MOVING):
+        for j in range(STATES):
+            total = 0.0
+            for k in range(_TERMS):
+                total += w[i, k] * p[SOURCES[i, k], j]
+            q[i, j] = p[i, j] + total
+    for j in range(MOVING - 1, -1, -1):  # in place: what moves an entry stands before it
+        for i in range(j + 1):
+            total = 0.0
+            for k in range(_TERMS):
+                total += w[j, k] * q[i, SOURCES[j, k]]
+            q[i, j] += total
+    for i in range(MOVING):
+        for j in range(i + 1, STATES):
+            q[j, i] = q[i, j]
+    for i in range(MOVING, STATES):
+        for j in range(MOVING, STATES):
+            q[i, j] = p[i, j]
+    return q
+
+
+@compiled_as(_advanced_in_loops)
+def advanced(p: Array, f: Array) -> Array:
+    """Return the covariance one window later, (I + F) P (I + F)'.
 
     Args:
         p: covariance, (21, 21), symmetric.
-        time: length of the window [s].
-        turn: integral of the matrix from body to level axes [s].
-        spin: the same with each column times the gyro's reading [rad].
-        excess: integral of its second column while the gyro was saturated [s].
-        push: integral of the specific force, level axes [m/s].
-        heading: level direction the robot faces.
-        drift: sideways velocity times the window [m].
-        leak: share of the position that is forgotten.
+        f: what the window adds to the first entries, (10, 21); zero but for `SOURCES`.
     """
-    skew = (0.0, push[2], -push[1], -push[2], 0.0, push[0], push[1], -push[0], 0.0)
-    steer = (time * heading[0], time * heading[1], 0.0)
-    for _ in range(2):
-        p = p.T.copy()
-        add_rows(p, DISTANCE, VELOCITY, steer)
-        add_rows(p, DISTANCE, ATTITUDE, (0.0, 0.0, drift))
-        move(p, time, leak)
-        add_block(p, VELOCITY, ATTITUDE, skew, 1.0)
-        add_block(p, VELOCITY, ACCEL_BIAS, turn, -1.0)
-        add_block(p, ATTITUDE, GYRO_BIAS, turn, -1.0)
-        add_block(p, ATTITUDE, GYRO_GAIN, spin, 1.0)
-        spread_row(p, ATTITUDE, EXCESS, excess)
-    return p
+    weights = f.take(_PLACES)
+    moved = weights.repeat(STATES).reshape(_TERMS, MOVING, STATES)
+    moved *= p.take(_ROWS, 0).reshape(_TERMS, MOVING, STATES)
+    rows = p[:MOVING] + np.add.reduce(moved, 0)
+    columns = rows.T.copy()
+    moved = weights.repeat(MOVING).reshape(_TERMS, MOVING, MOVING)
+    moved *= columns.take(_ROWS, 0).reshape(_TERMS, MOVING, MOVING)
+    block = columns[:MOVING] + np.add.reduce(moved, 0)
+    q = p.copy()
+    q[:MOVING] = rows
+    q[MOVING:, :MOVING] = columns[MOVING:]
+    q[:MOVING, :MOVING] = np.where(_BELOW, block, block.T)
+    return q
 
 
-def _add_rows_in_loops(p: Array, to: int, first: int, weights: Vector) -> None:
-    a, b, c = weights
-    for j in range(STATES):
-        p[to, j] += a * p[first, j] + b * p[first + 1, j] + c * p[first + 2, j]
+class Slopes(NamedTuple):
+    """How a scalar measurement depends on the error vector: on four entries at most."""
+
+    at: tuple[int, int, int, int]
+    """Which entries; any where the slope is 0."""
+    by: tuple[float, float, float, float]
 
 
-@compiled_as(_add_rows_in_loops)
-def add_rows(p: Array, to: int, first: int, weights: Vector) -> None:
-    """Add multiples of three rows, `first` and the next two, to another."""
-    a, b, c = weights
-    p[to] += a * p[first] + b * p[first + 1] + c * p[first + 2]
+def _observe_in_loops(
+    p: Array, error: Array, h: Slopes, residual: float, variance: float, slow: float, gains: float
+) -> None:
+    i, j, k, l = h.at
+    a, b, c, d = h.by
+    work = np.empty((3, STATES))
+    spread, gain, rest = work[0], work[1], work[2]
+    for n in range(STATES):
+        spread[n] = a * p[i, n] + b * p[j, n] + c * p[k, n] + d * p[l, n]
+    scatter = variance + (a * spread[i] + b * spread[j] + c * spread[k] + d * spread[l])
+    expected = a * error[i] + b * error[j] + c * error[k] + d * error[l]
+    inverse, half = 1.0 / scatter, 0.5 * scatter
+    for n in range(STATES):
+        gain[n] = spread[n] * inverse
+    for n in range(GYRO_BIAS, EXCESS):
+        gain[n] *= slow
+    for n in range(GYRO_GAIN, ACCEL_BIAS):
+        gain[n] *= gains
+    gain[LEVER_UP] *= slow
+    for n in range(STATES):
+        error[n] += (residual - expected) * gain[n]
+        rest[n] = spread[n] - half * gain[n]
+    for m in range(STATES):
+        for n in range(STATES):
+            p[m, n] -= gain[m] * rest[n] + rest[m] * gain[n]
 
 
-def _add_block_in_loops(p: Array, to: int, first: int, block: Matrix, sign: float) -> None:
-    for i in range(3):
-        a, b, c = sign * block[3 * i], sign * block[3 * i + 1], sign * block[3 * i + 2]
-        for j in range(STATES):
-            p[to + i, j] += a * p[first, j] + b * p[first + 1, j] + c * p[first + 2, j]
-
-
-@compiled_as(_add_block_in_loops)
-def add_block(p: Array, to: int, first: int, block: Matrix, sign: float) -> None:
-    """Add a 3x3 matrix times three rows, `first` and on, to the three rows `to` and on."""
-    m = sign * np.array(block).reshape(3, 3)
-    x, y, z = p[first], p[first + 1], p[first + 2]
-    p[to : to + 3] += m[:, :1] * x + m[:, 1:2] * y + m[:, 2:] * z
-
-
-def _move_in_loops(p: Array, time: float, leak: float) -> None:
-    for i in range(3):
-        for j in range(STATES):
-            p[POSITION + i, j] += time * p[VELOCITY + i, j] - leak * p[POSITION + i, j]
-
-
-@compiled_as(_move_in_loops)
-def move(p: Array, time: float, leak: float) -> None:
-    """Add velocity times `time` to the position, and forget a share of it."""
-    position = p[POSITION : POSITION + 3]
-    position += time * p[VELOCITY : VELOCITY + 3] - leak * position
-
-
-def _spread_row_in_loops(p: Array, to: int, row: int, weights: Vector) -> None:
-    for i in range(3):
-        for j in range(STATES):
-            p[to + i, j] += weights[i] * p[row, j]
-
-
-@compiled_as(_spread_row_in_loops)
-def spread_row(p: Array, to: int, row: int, weights: Vector) -> None:
-    """Add multiples of one row to the three rows `to` and on."""
-    p[to : to + 3] += np.array(weights).reshape(3, 1) * p[row]
-
-
+@compiled_as(_observe_in_loops)
 def observe(
-    p: Array, error: Array, h: Array, residual: float, variance: float, slow: float, gains: float
+    p: Array, error: Array, h: Slopes, residual: float, variance: float, slow: float, gains: float
 ) -> None:
     """Take in one scalar measurement, in a form that keeps the covariance symmetric.
 
@@ -129,70 +145,72 @@ def observe(
     Args:
         p: covariance, (21, 21).
         error: estimated error so far, (21,).
-        h: the measurement's slopes, (21,).
+        h: the measurement's slopes.
         residual: measured minus predicted before any correction.
         variance: of the measurement.
         slow: share of the correction that biases, gains and lever arm take; the rest of
             it stays uncertainty that is only considered.
         gains: the share of that which the gyro gains take.
     """
-    spread = weighted_rows(p, h)
-    scatter, expected = variance, 0.0
-    for i in range(STATES):
-        if h[i] != 0.0:
-            scatter += h[i] * spread[i]
-            expected += h[i] * error[i]
-    gain = spread / scatter
-    gain[GYRO_BIAS:EXCESS] *= slow
-    gain[GYRO_GAIN:ACCEL_BIAS] *= gains
-    gain[LEVER_UP] *= slow
+    (i, j, k, l), (a, b, c, d) = h
+    spread = a * p[i]
+    if b != 0.0:
+        spread += b * p[j]
+    if c != 0.0:
+        spread += c * p[k]
+    if d != 0.0:
+        spread += d * p[l]
+    at = spread.item
+    scatter = variance + (a * at(i) + b * at(j) + c * at(k) + d * at(l))
+    at = error.item
+    expected = a * at(i) + b * at(j) + c * at(k) + d * at(l)
+    gain = spread * (1.0 / scatter)
+    if slow != 1.0 or gains != 1.0:
+        gain[GYRO_BIAS:EXCESS] *= slow
+        gain[GYRO_GAIN:ACCEL_BIAS] *= gains
+        gain[LEVER_UP] *= slow
     error += (residual - expected) * gain
-    rest = spread - 0.5 * scatter * gain
-    subtract_pair(p, gain, rest)
+    spread -= (0.5 * scatter) * gain
+    # Each element is one product, so that BLAS rounds it as anybody does.
+    both = np.dot(gain.reshape(STATES, 1), spread.reshape(1, STATES))
+    p -= both + both.T
 
 
-def _weighted_rows_in_loops(p: Array, h: Array) -> Array:
-    total = np.zeros(STATES)
-    for i in range(STATES):
-        if h[i] != 0.0:
-            for j in range(STATES):
-                total[j] += h[i] * p[i, j]
-    return total
-
-
-@compiled_as(_weighted_rows_in_loops)
-def weighted_rows(p: Array, h: Array) -> Array:
-    """Return h'P."""
-    total = np.zeros(STATES)
-    for i in np.flatnonzero(h):
-        total += h[i] * p[i]
-    return total
-
-
-def _subtract_pair_in_loops(p: Array, gain: Array, rest: Array) -> None:
-    for i in range(STATES):
-        for j in range(STATES):
-            p[i, j] -= gain[i] * rest[j] + rest[i] * gain[j]
-
-
-@compiled_as(_subtract_pair_in_loops)
-def subtract_pair(p: Array, gain: Array, rest: Array) -> None:
-    """Subtract K r' + r K' from the covariance."""
-    p -= gain[:, np.newaxis] * rest + rest[:, np.newaxis] * gain
-
-
-def scatter_of(p: Array, h: Array) -> float:
+def scatter_of(p: Array, h: Slopes) -> float:
     """Return the variance of h'x."""
-    spread = weighted_rows(p, h)
     total = 0.0
-    for i in range(STATES):
-        if h[i] != 0.0:
-            total += h[i] * spread[i]
+    for i, a in zip(h.at, h.by):  # noqa: B905 (the compiler knows no strict)
+        for j, b in zip(h.at, h.by):  # noqa: B905
+            total += a * b * p[i, j]
     return float(total)
 
 
+def _forget_in_loops(p: Array, index: int, variance: float) -> None:
+    for i in range(STATES):
+        p[index, i] = 0.0
+        p[i, index] = 0.0
+    p[index, index] = variance
+
+
+@compiled_as(_forget_in_loops)
 def forget(p: Array, index: int, variance: float) -> None:
     """Make one entry independent of all others, with a variance of its own."""
-    p[index, :] = 0.0
+    p[index] = 0.0
     p[:, index] = 0.0
     p[index, index] = variance
+
+
+def _fade_in_loops(p: Array, first: int, end: int, keep: float) -> None:
+    for i in range(first, end):
+        for j in range(STATES):
+            p[i, j] *= keep
+    for i in range(STATES):
+        for j in range(first, end):
+            p[i, j] *= keep
+
+
+@compiled_as(_fade_in_loops)
+def fade(p: Array, first: int, end: int, keep: float) -> None:
+    """Multiply the entries from `first` to `end` by a number."""
+    p[first:end] *= keep
+    p[:, first:end] *= keep

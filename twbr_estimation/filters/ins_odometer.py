@@ -18,8 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
+from ..samples import CorrectedSample, TiltEstimate
 from .base import Filter
+from .error_growth import propagated
 from .error_state import (
     ACCEL_BIAS,
     ATTITUDE,
@@ -31,7 +32,6 @@ from .error_state import (
     STATES,
     VELOCITY,
     Array,
-    advanced,
     forget,
 )
 from .ins_parameters import Coefficients, Parameters, derive
@@ -59,10 +59,8 @@ from .odometer_aiding import (
     rolled_distance,
     watched,
 )
-from .strapdown import attitude_at, heading_of, matrix_of, tilt_of
+from .strapdown import attitude_at, heading_of, tilt_of
 
-SCALE_MEMORY = 0.1
-"""How long the error from the accelerometer's scale stays alike [s]."""
 PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
 FIRST_TILT = 0.3
@@ -109,7 +107,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         estimate.gyro_bias,
         variance,
         nav,
-        read(nav, attitude, rate, sample),
+        read(nav, rate, sample),
         empty_window(),
         Aiding(HOLD, 0.0, 0.0, 0.0, 0.0),
         _first_covariance(variance, c),
@@ -133,11 +131,11 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Integrate one sample; at the end of a window compare and repair."""
     last, was_saturated = state.last, state.aiding.saturated > 0.0
     nav, now = integrate(state.navigation, last, sample, c.geometry.lever, c.room_time)
-    window = extend(state.window, nav, last, now, sample)
+    window = extend(state.window, last, now, sample)
     aiding = watched(state.aiding, sample)
     if window.time < PERIOD and was_saturated == gyro_saturated(sample):
         return State(
-            tilt_of(matrix_of(nav.attitude)),
+            tilt_of(now.body),
             now.rate[1],
             nav.gyro_bias[1],
             state.tilt_variance,
@@ -160,13 +158,13 @@ def _compare(
     c: Coefficients,
 ) -> State:
     """Bring the covariance up to date, compare with the wheels, repair the navigation."""
-    p = propagated(covariance, nav, window, c)
+    p = propagated(covariance, nav, now, window, c)
     if not p[0, 0] + p[1, 1] < LOST:
         bias = nav.gyro_bias[1]
         return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
     error = np.zeros(STATES)
     if sample.wheel_count > 0.0 and sample.wheel_count != aiding.wheels:
-        error[DISTANCE] = rolled_distance(nav, sample, c.geometry) - nav.distance
+        error[DISTANCE] = rolled_distance(nav, now, sample, c.geometry) - nav.distance
         forget(p, DISTANCE, FIRST_DISTANCE * FIRST_DISTANCE)
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
@@ -186,57 +184,18 @@ def _compare(
     )
     unchecked = 0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked
     saturated = 1.0 if gyro_saturated(sample) else 0.0
-    m = matrix_of(fixed.attitude)
+    now = read(fixed, now.rate, sample)
     return State(
-        tilt_of(m),
+        tilt_of(now.body),
         now.rate[1],
         fixed.gyro_bias[1],
-        tilt_variance(p, heading_of(m)),
+        tilt_variance(p, heading_of(now.body)),
         fixed,
-        read(fixed, fixed.attitude, now.rate, sample),
+        now,
         empty_window(),
         Aiding(aiding.calm, unchecked, saturated, sample.wheel_count, slipping),
         p,
     )
-
-
-def propagated(covariance: Array, nav: Navigation, window: Window, c: Coefficients) -> Array:
-    """Return the covariance at the end of a window."""
-    time = window.time
-    forward, left = heading_of(matrix_of(nav.attitude))
-    ahead = nav.velocity[0] * forward + nav.velocity[1] * left
-    drift = time * (nav.velocity[1] * forward - nav.velocity[0] * left)
-    leak = min(time / c.room_time, 1.0)
-    p = advanced(
-        covariance,
-        time,
-        window.turn,
-        window.spin,
-        window.excess,
-        window.push,
-        (forward, left),
-        drift,
-        leak,
-    )
-    keep = share_kept(time, c.accel_bias_time)
-    p[ACCEL_BIAS : ACCEL_BIAS + 3, :] *= keep
-    p[:, ACCEL_BIAS : ACCEL_BIAS + 3] *= keep
-    wander = c.accel_bias * c.accel_bias * (1.0 - keep * keep)
-    scale = c.accel_scale * c.accel_scale * SCALE_MEMORY * _acceleration_squared(window)
-    for i in range(3):
-        p[ATTITUDE + i, ATTITUDE + i] += window.attitude_noise[i]
-        p[VELOCITY + i, VELOCITY + i] += window.velocity_noise[i] + scale * time
-        p[GYRO_BIAS + i, GYRO_BIAS + i] += c.gyro_drift * c.gyro_drift * time
-        p[ACCEL_BIAS + i, ACCEL_BIAS + i] += wander
-    p[DISTANCE, DISTANCE] += c.geometry.slip * c.geometry.slip * abs(ahead) * time
-    return p
-
-
-def _acceleration_squared(window: Window) -> float:
-    """Return the square of the mean acceleration [(m/s^2)^2]."""
-    x, y = window.push[0] / window.time, window.push[1] / window.time
-    z = window.push[2] / window.time - STANDARD_GRAVITY
-    return x * x + y * y + z * z
 
 
 def tilt_variance(p: Array, heading: tuple[float, float]) -> float:

@@ -47,7 +47,6 @@ JUMP = 0.25
 unknown instant alone gives 1/12."""
 
 _ZEROS = (0.0, 0.0, 0.0)
-_NO_TURN = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Navigation(NamedTuple):
@@ -73,6 +72,8 @@ class Navigation(NamedTuple):
 class Reading(NamedTuple):
     """What the last sample said."""
 
+    body: Matrix
+    """From body to level axes."""
     rate: Vector
     """Angular rate freed of the estimated errors, body axes [rad/s]."""
     force: Vector
@@ -82,27 +83,28 @@ class Reading(NamedTuple):
 
 
 class Window(NamedTuple):
-    """What the covariance needs to know of the samples since its last update."""
+    """What the covariance needs to know of the samples since its last update.
+
+    A window is short, so body axes are taken for where they point at its end.
+    """
 
     time: float
     """Length [s]."""
-    turn: Matrix
-    """Integral of the matrix from body to level axes [s]."""
-    spin: Matrix
-    """The same with each column times the gyro's reading [rad]."""
-    excess: Vector
-    """Integral of its second column while the gyro was saturated [s]."""
+    saturated: float
+    """Time during which the gyro was saturated [s]."""
+    turn: Vector
+    """Integral of the gyro's reading, body axes [rad]."""
     push: Vector
     """Integral of the specific force, level axes [m/s]."""
-    attitude_noise: Vector
-    """Variance added to the attitude [rad^2]."""
-    velocity_noise: Vector
-    """Variance added to the velocity [(m/s)^2]."""
+    turn_noise: Vector
+    """Variance of the turn, body axes [rad^2]."""
+    push_noise: Vector
+    """Variance of the push, body axes [(m/s)^2]."""
 
 
 def empty_window() -> Window:
     """Return a window without samples."""
-    return Window(0.0, _NO_TURN, _NO_TURN, _ZEROS, _ZEROS, _ZEROS, _ZEROS)
+    return Window(0.0, 0.0, _ZEROS, _ZEROS, _ZEROS, _ZEROS)
 
 
 def gyro_saturated(sample: CorrectedSample) -> bool:
@@ -117,16 +119,16 @@ def clipped(sample: CorrectedSample) -> bool:
     return gyro > GYRO_SATURATED or accel > ACCEL_SATURATED
 
 
-def read(nav: Navigation, attitude: Quaternion, rate: Vector, sample: CorrectedSample) -> Reading:
-    """Return what to remember of a sample."""
-    force = (
-        sample.accel_x - nav.accel_bias[0],
-        sample.accel_y - nav.accel_bias[1],
-        sample.accel_z - nav.accel_bias[2],
-    )
-    gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
+def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> Reading:
+    """Return what to remember of a sample at the attitude of `nav`."""
+    return _reading(nav.attitude, nav.accel_bias, rate, sample)
+
+
+def _reading(attitude: Quaternion, bias: Vector, rate: Vector, sample: CorrectedSample) -> Reading:
+    body = matrix_of(attitude)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    return Reading(rate, rotated(matrix_of(attitude), force), gyro, accel)
+    force = rotated(body, (accel[0] - bias[0], accel[1] - bias[1], accel[2] - bias[2]))
+    return Reading(body, rate, force, (sample.gyro_x, sample.gyro_y, sample.gyro_z), accel)
 
 
 def body_rate(nav: Navigation, sample: CorrectedSample) -> Vector:
@@ -152,30 +154,25 @@ def integrate(
         lever: position of the sensor relative to the axle's middle, body axes [m].
         room_time: time over which displacements are forgotten [s].
     """
-    dt = sample.dt
+    dt, v, p = sample.dt, nav.velocity, nav.position
     rate = body_rate(nav, sample)
     attitude = turned(nav.attitude, last.rate, rate, dt)
-    now = read(nav, attitude, rate, sample)
-    half, v, leak = 0.5 * dt, nav.velocity, min(dt / room_time, 1.0)
-    gain = (
-        half * (last.force[0] + now.force[0]),
-        half * (last.force[1] + now.force[1]),
-        half * (last.force[2] + now.force[2]) - dt * STANDARD_GRAVITY,
-    )
-    step = (dt * (v[0] + 0.5 * gain[0]), dt * (v[1] + 0.5 * gain[1]), dt * (v[2] + 0.5 * gain[2]))
-    p, m = nav.position, matrix_of(attitude)
+    now = _reading(attitude, nav.accel_bias, rate, sample)
+    before, after, half = last.force, now.force, 0.5 * dt
+    gain_x = half * (before[0] + after[0])
+    gain_y = half * (before[1] + after[1])
+    gain_z = half * (before[2] + after[2]) - dt * STANDARD_GRAVITY
+    step_x, step_y = dt * (v[0] + 0.5 * gain_x), dt * (v[1] + 0.5 * gain_y)
+    step_z = dt * (v[2] + 0.5 * gain_z)
+    m, kept = now.body, 1.0 - min(dt / room_time, 1.0)
     forward, left = heading_of(m)
     arm = rotated(m, lever)
     yaw = m[6] * rate[0] + m[7] * rate[1] + m[8] * rate[2]
-    rolled = step[0] * forward + step[1] * left + dt * yaw * (arm[1] * forward - arm[0] * left)
+    rolled = step_x * forward + step_y * left + dt * yaw * (arm[1] * forward - arm[0] * left)
     moved = Navigation(
         attitude,
-        (v[0] + gain[0], v[1] + gain[1], v[2] + gain[2]),
-        (
-            p[0] * (1.0 - leak) + step[0],
-            p[1] * (1.0 - leak) + step[1],
-            p[2] * (1.0 - leak) + step[2],
-        ),
+        (v[0] + gain_x, v[1] + gain_y, v[2] + gain_z),
+        (p[0] * kept + step_x, p[1] * kept + step_y, p[2] * kept + step_z),
         nav.distance + rolled,
         nav.gyro_bias,
         nav.gyro_gain,
@@ -186,53 +183,30 @@ def integrate(
     return moved, now
 
 
-def extend(
-    window: Window, nav: Navigation, last: Reading, now: Reading, sample: CorrectedSample
-) -> Window:
+def extend(window: Window, last: Reading, now: Reading, sample: CorrectedSample) -> Window:
     """Add one sample to the window."""
-    dt, m, t, s = sample.dt, matrix_of(nav.attitude), window.turn, window.spin
-    x, y, z = dt * sample.gyro_x, dt * sample.gyro_y, dt * sample.gyro_z
-    e, f = window.excess, window.push
-    while_saturated = dt if gyro_saturated(sample) else 0.0
-    turning, pushing = _noise(last, sample)
+    dt, force, gyro, was = sample.dt, now.force, now.gyro, last.gyro
+    saturated, known = 0.0, sample.gyro_variance_y
+    if gyro_saturated(sample):
+        saturated, known = dt, 0.0
+    turn, push, t, p = window.turn, window.push, window.turn_noise, window.push_noise
+    accel, before = now.accel, last.accel
     return Window(
         window.time + dt,
+        window.saturated + saturated,
+        (turn[0] + dt * gyro[0], turn[1] + dt * gyro[1], turn[2] + dt * gyro[2]),
+        (push[0] + dt * force[0], push[1] + dt * force[1], push[2] + dt * force[2]),
         (
-            t[0] + dt * m[0], t[1] + dt * m[1], t[2] + dt * m[2],
-            t[3] + dt * m[3], t[4] + dt * m[4], t[5] + dt * m[5],
-            t[6] + dt * m[6], t[7] + dt * m[7], t[8] + dt * m[8],
+            t[0] + _turn_noise(sample.gyro_variance_x, gyro[0] - was[0], dt),
+            t[1] + _turn_noise(known, gyro[1] - was[1], dt),
+            t[2] + _turn_noise(sample.gyro_variance_z, gyro[2] - was[2], dt),
         ),
         (
-            s[0] + x * m[0], s[1] + y * m[1], s[2] + z * m[2],
-            s[3] + x * m[3], s[4] + y * m[4], s[5] + z * m[5],
-            s[6] + x * m[6], s[7] + y * m[7], s[8] + z * m[8],
+            p[0] + _push_noise(sample.accel_variance_x, accel[0] - before[0], dt),
+            p[1] + _push_noise(sample.accel_variance_y, accel[1] - before[1], dt),
+            p[2] + _push_noise(sample.accel_variance_z, accel[2] - before[2], dt),
         ),
-        (
-            e[0] + while_saturated * m[1],
-            e[1] + while_saturated * m[4],
-            e[2] + while_saturated * m[7],
-        ),
-        (f[0] + dt * now.force[0], f[1] + dt * now.force[1], f[2] + dt * now.force[2]),
-        _spread(window.attitude_noise, m, turning),
-        _spread(window.velocity_noise, m, pushing),
-    )  # fmt: skip
-
-
-def _noise(last: Reading, sample: CorrectedSample) -> tuple[Vector, Vector]:
-    """Return the variances of this sample's turn [rad^2] and push [(m/s)^2], body axes."""
-    g, a, dt = last.gyro, last.accel, sample.dt
-    known = 0.0 if gyro_saturated(sample) else sample.gyro_variance_y
-    turning = (
-        _turn_noise(sample.gyro_variance_x, sample.gyro_x - g[0], dt),
-        _turn_noise(known, sample.gyro_y - g[1], dt),
-        _turn_noise(sample.gyro_variance_z, sample.gyro_z - g[2], dt),
     )
-    pushing = (
-        _push_noise(sample.accel_variance_x, sample.accel_x - a[0], dt),
-        _push_noise(sample.accel_variance_y, sample.accel_y - a[1], dt),
-        _push_noise(sample.accel_variance_z, sample.accel_z - a[2], dt),
-    )
-    return turning, pushing
 
 
 def _turn_noise(variance: float, jump: float, dt: float) -> float:
@@ -244,16 +218,6 @@ def _push_noise(variance: float, jump: float, dt: float) -> float:
     if variance > ACCEL_SATURATED:
         return SHOCK * SHOCK
     return dt * dt * (variance + JUMP * jump * jump)
-
-
-def _spread(total: Vector, m: Matrix, variance: Vector) -> Vector:
-    """Add body variances to those along the level axes."""
-    x, y, z = variance
-    return (
-        total[0] + m[0] * m[0] * x + m[1] * m[1] * y + m[2] * m[2] * z,
-        total[1] + m[3] * m[3] * x + m[4] * m[4] * y + m[5] * m[5] * z,
-        total[2] + m[6] * m[6] * x + m[7] * m[7] * y + m[8] * m[8] * z,
-    )
 
 
 def repaired(nav: Navigation, error: Array) -> Navigation:

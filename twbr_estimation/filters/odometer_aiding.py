@@ -8,23 +8,23 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ..samples import CorrectedSample
 from .error_state import (
+    ATTITUDE,
     DISTANCE,
     EXCESS,
     LEVER_UP,
     POSITION,
-    STATES,
     VELOCITY,
     Array,
+    Slopes,
+    fade,
     forget,
     observe,
     scatter_of,
 )
 from .navigation import Navigation, Reading, clipped, gyro_saturated
-from .strapdown import Vector, cross, heading_of, matrix_of, rotated, tilt_of
+from .strapdown import Vector, cross, heading_of, rotated, tilt_of
 
 HOLD = 1.0
 """Biases and gains are left alone for this long after a saturation [s]."""
@@ -98,12 +98,12 @@ def aid(
     slow = 1.0 if aiding.calm >= HOLD and aiding.slipping < LONGEST_SLIP else 0.0
     if sample.wheel_count > 0.0:
         may_slip = aiding.slipping < LONGEST_SLIP
-        if _wheel(p, error, nav, sample, slow, geometry, may_slip):
+        if _wheel(p, error, nav, now, sample, slow, geometry, may_slip):
             slipping = aiding.slipping + time
     if sample.wheel_count > 1.5:
         observe_side(p, error, nav, now, slow, geometry)
     if aiding.unchecked >= ROOM_PERIOD:
-        observe_room(p, error, nav, sample.wheel_count, slow, geometry.room)
+        observe_room(p, error, nav, now, sample.wheel_count, slow, geometry.room)
     return slipping
 
 
@@ -113,9 +113,11 @@ def lever_of(nav: Navigation, geometry: Geometry) -> Vector:
     return lever[0], lever[1], lever[2] + nav.lever_up
 
 
-def rolled_distance(nav: Navigation, sample: CorrectedSample, geometry: Geometry) -> float:
+def rolled_distance(
+    nav: Navigation, now: Reading, sample: CorrectedSample, geometry: Geometry
+) -> float:
     """Return the distance of the sensor along the heading as the wheels tell it [m]."""
-    m = matrix_of(nav.attitude)
+    m = now.body
     forward, left = heading_of(m)
     arm = rotated(m, lever_of(nav, geometry))
     angle = sample.wheel_angle + geometry.on_body * tilt_of(m)
@@ -126,6 +128,7 @@ def _wheel(
     p: Array,
     error: Array,
     nav: Navigation,
+    now: Reading,
     sample: CorrectedSample,
     slow: float,
     geometry: Geometry,
@@ -136,8 +139,8 @@ def _wheel(
     Returns:
         Whether they disagree.
     """
-    h = wheel_slopes(nav, geometry)
-    residual = rolled_distance(nav, sample, geometry) - nav.distance
+    h = wheel_slopes(nav, now, geometry)
+    residual = rolled_distance(nav, now, sample, geometry) - nav.distance
     variance = geometry.wheel_noise * geometry.wheel_noise
     beyond = beyond_gate(p, h, residual, variance)
     if beyond > 0.0 and may_slip:
@@ -146,18 +149,18 @@ def _wheel(
     return beyond > 0.0
 
 
-def wheel_slopes(nav: Navigation, geometry: Geometry) -> Array:
-    """Return how distance moved minus distance rolled depends on the error vector, (21,)."""
-    m = matrix_of(nav.attitude)
+def wheel_slopes(nav: Navigation, now: Reading, geometry: Geometry) -> Slopes:
+    """Return how distance moved minus distance rolled depends on the error vector."""
+    m = now.body
     forward, left = heading_of(m)
     height = rotated(m, lever_of(nav, geometry))[2] + geometry.on_body * geometry.wheel_radius
-    h = np.zeros(STATES)
-    h[0], h[1], h[DISTANCE] = height * left, -height * forward, 1.0
-    h[LEVER_UP] = -(m[2] * forward + m[5] * left)
-    return h
+    return Slopes(
+        (ATTITUDE, ATTITUDE + 1, DISTANCE, LEVER_UP),
+        (height * left, -height * forward, 1.0, -(m[2] * forward + m[5] * left)),
+    )
 
 
-def beyond_gate(p: Array, h: Array, residual: float, variance: float) -> float:
+def beyond_gate(p: Array, h: Slopes, residual: float, variance: float) -> float:
     """Return the variance [m^2] that would bring a wheel reading to the gate; 0 within it."""
     expected = scatter_of(p, h) + variance
     return max(residual * residual - SLIP_GATE * SLIP_GATE * expected, 0.0)
@@ -167,32 +170,35 @@ def observe_side(
     p: Array, error: Array, nav: Navigation, now: Reading, slow: float, geometry: Geometry
 ) -> None:
     """Two wheels on the ground do not move sideways."""
-    m = matrix_of(nav.attitude)
+    m = now.body
     forward, left = heading_of(m)
     swing = rotated(m, cross(now.rate, lever_of(nav, geometry)))
     x, y = nav.velocity[0] - swing[0], nav.velocity[1] - swing[1]
-    h = np.zeros(error.size)
-    h[VELOCITY], h[VELOCITY + 1] = -left, forward
-    h[2] = -(x * forward + y * left)
+    h = Slopes(
+        (ATTITUDE + 2, VELOCITY, VELOCITY + 1, VELOCITY + 1),
+        (-(x * forward + y * left), -left, forward, 0.0),
+    )
     observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, slow, 1.0)
 
 
 def observe_room(
-    p: Array, error: Array, nav: Navigation, wheels: float, slow: float, room: float
+    p: Array, error: Array, nav: Navigation, now: Reading, wheels: float, slow: float, room: float
 ) -> None:
     """A balancing robot stays about where it was; wheels know better along the heading."""
-    forward, left = heading_of(matrix_of(nav.attitude))
+    x, y, z = nav.position
+    forward, left = heading_of(now.body)
     gains = 1.0 if wheels > 0.0 else ROOM_GAIN_SHARE
-    h = np.zeros(error.size)
-    h[POSITION + 2] = 1.0
-    observe(p, error, h, -nav.position[2], room * room, slow, gains)
-    h[POSITION], h[POSITION + 1], h[POSITION + 2] = -left, forward, 0.0
-    side = nav.position[0] * left - nav.position[1] * forward
-    observe(p, error, h, side, room * room, slow, gains)
+    observe(p, error, _displaced(0.0, 0.0, 1.0), -z, room * room, slow, gains)
+    side = _displaced(-left, forward, 0.0)
+    observe(p, error, side, x * left - y * forward, room * room, slow, gains)
     if wheels == 0.0:
-        h[POSITION], h[POSITION + 1] = forward, left
-        ahead = nav.position[0] * forward + nav.position[1] * left
-        observe(p, error, h, -ahead, room * room, slow, gains)
+        ahead = _displaced(forward, left, 0.0)
+        observe(p, error, ahead, -(x * forward + y * left), room * room, slow, gains)
+
+
+def _displaced(x: float, y: float, z: float) -> Slopes:
+    """Return the slopes of a displacement along an axis."""
+    return Slopes((POSITION, POSITION + 1, POSITION + 2, POSITION), (x, y, z, 0.0))
 
 
 def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSample) -> None:
@@ -200,9 +206,8 @@ def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSa
 
     One-sided knowledge is used where the estimate contradicts it.
     """
-    h = np.zeros(error.size)
-    h[EXCESS] = 1.0
     if nav.excess * sample.gyro_y < 0.0 or not gyro_saturated(sample):
+        h = Slopes((EXCESS, EXCESS, EXCESS, EXCESS), (1.0, 0.0, 0.0, 0.0))
         observe(p, error, h, -nav.excess, EXCESS_END * EXCESS_END, 0.0, 0.0)
 
 
@@ -212,8 +217,7 @@ def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample
         forget(p, EXCESS, 0.0)
         return 0.0
     keep = math.exp(-time / EXCESS_TIME)
-    p[EXCESS, :] *= keep
-    p[:, EXCESS] *= keep
+    fade(p, EXCESS, EXCESS + 1, keep)
     p[EXCESS, EXCESS] += EXCESS_SPREAD * EXCESS_SPREAD * (1.0 - keep * keep)
     return keep * excess + (1.0 - keep) * math.copysign(EXCESS_MEAN, sample.gyro_y)
 

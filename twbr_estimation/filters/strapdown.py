@@ -19,19 +19,22 @@ _SMALL_TURN = 1e-4  # below this a turn's sine is replaced by its series [rad]
 
 def rotation_of(turn: Vector) -> Quaternion:
     """Return the quaternion of a rotation vector [rad]."""
-    angle = math.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
+    x, y, z = turn
+    angle = math.sqrt(x * x + y * y + z * z)
     share = 0.5 - angle * angle / 48.0
     if angle > _SMALL_TURN:
         share = math.sin(0.5 * angle) / angle
-    return math.cos(0.5 * angle), share * turn[0], share * turn[1], share * turn[2]
+    return math.cos(0.5 * angle), share * x, share * y, share * z
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
     """Return the rotation `b` followed by `a`, of unit length."""
-    w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    w = aw * bw - ax * bx - ay * by - az * bz
+    x = aw * bx + ax * bw + ay * bz - az * by
+    y = aw * by - ax * bz + ay * bw + az * bx
+    z = aw * bz + ax * by - ay * bx + az * bw
     scale = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     return w * scale, x * scale, y * scale, z * scale
 
@@ -43,41 +46,35 @@ def turned(attitude: Quaternion, before: Vector, now: Vector, dt: float) -> Quat
     to its mean (coning).
     """
     half, coning = 0.5 * dt, dt * dt / 12.0
-    return product(
-        attitude,
-        rotation_of(
-            (
-                half * (before[0] + now[0]) + coning * (before[1] * now[2] - before[2] * now[1]),
-                half * (before[1] + now[1]) + coning * (before[2] * now[0] - before[0] * now[2]),
-                half * (before[2] + now[2]) + coning * (before[0] * now[1] - before[1] * now[0]),
-            )
-        ),
+    a, b, c = before
+    x, y, z = now
+    turn = (
+        half * (a + x) + coning * (b * z - c * y),
+        half * (b + y) + coning * (c * x - a * z),
+        half * (c + z) + coning * (a * y - b * x),
     )
+    return product(attitude, rotation_of(turn))
 
 
 def matrix_of(q: Quaternion) -> Matrix:
     """Return the matrix that turns body axes into level axes."""
     w, x, y, z = q
+    a, b, c = 2.0 * x, 2.0 * y, 2.0 * z
+    ax, by, cz = a * x, b * y, c * z
+    bx, cx, cy = b * x, c * x, c * y
+    aw, bw, cw = a * w, b * w, c * w
     return (
-        1.0 - 2.0 * (y * y + z * z),
-        2.0 * (x * y - w * z),
-        2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z),
-        1.0 - 2.0 * (x * x + z * z),
-        2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y),
-        2.0 * (y * z + w * x),
-        1.0 - 2.0 * (x * x + y * y),
-    )
+        1.0 - (by + cz), bx - cw, cx + bw,
+        bx + cw, 1.0 - (ax + cz), cy - aw,
+        cx - bw, cy + aw, 1.0 - (ax + by),
+    )  # fmt: skip
 
 
 def rotated(m: Matrix, v: Vector) -> Vector:
     """Return a body vector in level axes."""
-    return (
-        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
-        m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
-        m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
-    )
+    a, b, c, d, e, f, g, h, i = m
+    x, y, z = v
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def cross(a: Vector, b: Vector) -> Vector:
