@@ -185,6 +185,14 @@ class BalanceStream:
         if math.isfinite(velocity + yaw_rate):
             self._command = (stamp, velocity, yaw_rate)
 
+    def lay_down(self) -> None:
+        """Take the robot as fallen: the motors stay cut until it has been upright for a while."""
+        self._fallen, self._upright_since, self._state = True, None, None
+
+    def stand_up(self) -> None:
+        """Take the robot as upright, however it leans; the next step may run the motors."""
+        self._fallen, self._upright_since = False, None
+
     def reset(self) -> None:
         """Forget all readings and the fall, because time was set back."""
         self._tilt = self._wheels = self._command = None
