@@ -33,6 +33,8 @@ _MECHANICS = (
 )
 POLYNOMIAL_DEGREE = 10
 """Highest degree of an accelerometer scale polynomial."""
+LONGEST_DELAY = 0.1
+"""Longest delay of a gyro [s]; the slowest filter of the MPU6050 takes 19 ms."""
 
 
 class EncoderPlacement(str, Enum):
@@ -70,6 +72,8 @@ class Robot:
     """Full scale of the gyro [rad/s]; readings at it are saturated."""
     accel_range: float = 2.0 * 9.80665
     """Full scale of the accelerometer [m/s^2]."""
+    gyro_delay: float = 0.00098
+    """How much the gyro's low-pass lags behind the motion [s]; the MPU6050's without filter."""
     body_mass: float = 1.0
     """Mass of the body without the wheels [kg]."""
     body_height: float = 0.09
@@ -102,6 +106,10 @@ class Robot:
         _require_finite(self)
         if self.track_width < 0.0:
             raise ConfigurationError(f"robot.track_width: {self.track_width} m is below 0")
+        if not 0.0 <= self.gyro_delay <= LONGEST_DELAY:
+            raise ConfigurationError(
+                f"robot.gyro_delay: {self.gyro_delay} s is not within 0 and {LONGEST_DELAY} s"
+            )
         object.__setattr__(self, "encoder_placement", EncoderPlacement(self.encoder_placement))
 
     def plant(self) -> PlantParameters:

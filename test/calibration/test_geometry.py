@@ -97,9 +97,9 @@ def test_real_gyro_and_encoder_on_one_shaft(shared_data):
     imu, reference = log.recording.imu, log.recording.reference
     kept = imu.stamps < imu.stamps[0] + 120_000_000_000
     imu = ImuTrack(imu.stamps[kept], imu.gyro[kept], imu.accel[kept])
-    setup = Setup(log.robot, log.calibration)
+    setup = Setup(replace(log.robot, gyro_delay=0.0), log.calibration)
     drive = replace(log.recording, imu=imu)
-    found = calibrate_geometry([drive], setup, gyro_delay=0.0).estimates
+    found = calibrate_geometry([drive], setup).estimates
     # An independent way: the shift at which the encoder follows the integrated gyro best.
     time, encoder = imu.stamps * 1e-9, (reference.stamps * 1e-9, reference.tilt)
     rate = found["gyro scale y"].value * (imu.gyro[:, 1] - log.calibration.gyro_bias[1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,20 @@ import pytest
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.evaluation import Association, score
 from twbr_estimation.filters import filter_named
+from twbr_estimation.filters.strapdown import (
+    attitude_at,
+    matrix_of,
+    tilt_ahead,
+    tilt_of,
+    turned,
+)
 from twbr_estimation.imports.imported import Options, load
 from twbr_estimation.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
 from twbr_estimation.simulation import simulate
+from twbr_estimation.simulation.worlds import world_named
 
 ENTRY = filter_named("ins_odometer")
 UNSEEN = range(3001, 3011)
@@ -117,15 +126,45 @@ def test_learns_the_gain_of_the_gyro() -> None:
     assert np.sqrt(np.mean(np.square(errors))) < 0.01
 
 
-def test_hand_held_motion_with_virtual_wheels(shared_data: Path) -> None:
+def test_the_gyros_own_delay_is_made_good() -> None:
+    made = simulate(replace(world_named("W1"), gyro_lag=0.005), 0.005, 60.0, SEEDS[0])
+    assert made.recording.reference is not None
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    untold = replace(made.setup, robot=replace(made.setup.robot, gyro_delay=0.0))
+    found = [run(track, setup) for setup in (made.setup, untold)]
+    association = Association(made.recording.reference)
+    scores = [score(each.stamps, each.tilt, association, 0) for each in found]
+    assert abs(scores[0].delay_s) < 0.001
+    assert scores[1].delay_s > 0.004
+    assert scores[0].mse_deg2 < 0.5 * scores[1].mse_deg2
+
+
+def test_tilt_ahead_is_where_the_rates_lead_to() -> None:
+    attitude, rate, time = attitude_at(0.3, (0.1, 0.2, 0.9)), (0.5, -2.0, 1.0), 0.002
+    later = tilt_of(matrix_of(turned(attitude, rate, rate, time)))
+    assert tilt_ahead(matrix_of(attitude), rate, time) == pytest.approx(later, abs=1e-5)
+    assert abs(later - 0.3) > 0.003
+
+
+def broad_figures(shared_data: Path, *, wheels: bool) -> list[float]:
     figures = []
     for trial in sorted((shared_data / "broad_translation").glob("*.mat")):
         for axis in "yx":
             log = load(trial, "broad", Options(axis=axis))
             assert log.recording.reference is not None
             setup = Setup(log.robot, log.calibration)
-            track = run(correct(pair(log.recording.imu, log.recording.wheels), setup), setup)
+            samples = pair(log.recording.imu, log.recording.wheels if wheels else None)
+            track = run(correct(samples, setup), setup)
             association = Association(log.recording.reference)
             figures.append(score(track.stamps, track.tilt, association, 0).mse_deg2)
+    return figures
+
+
+def test_hand_held_motion_with_virtual_wheels(shared_data: Path) -> None:
+    figures = broad_figures(shared_data, wheels=True)
     assert np.mean(figures) < 0.038
     assert max(figures) < 0.075
+
+
+def test_hand_held_motion_without_wheels(shared_data: Path) -> None:
+    assert np.mean(broad_figures(shared_data, wheels=False)) < 0.052

@@ -17,10 +17,8 @@ WIDTH = 0.05
 and the steps of the encoders weigh more."""
 WIDER = 0.08
 """A second smoothing; what changes with it counts as error."""
-GYRO_DELAY = 0.00098
-"""Delay of an MPU6050's gyro without its low-pass, by the data sheet [s]."""
 GYRO_DELAY_UNCERTAINTY = 0.0003
-"""Its standard uncertainty [s]."""
+"""Standard uncertainty of the gyro's own delay [s]."""
 PLACEMENT_MARGIN = 0.4
 """How near 0 or 1 the share of the body's turn in the encoder must be."""
 PLACEMENT_ERROR = 0.3
@@ -69,22 +67,19 @@ class GeometryResult:
     """Share of the drives in which the accelerometer was usable."""
 
 
-def calibrate_geometry(
-    recordings: Sequence[Recording], setup: Setup, gyro_delay: float = GYRO_DELAY
-) -> GeometryResult:
+def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> GeometryResult:
     """Estimate the geometry of a robot from its drives.
 
     Args:
         recordings: drives with a reference encoder.
-        setup: calibrated as far as it is.
-        gyro_delay: the gyro's own delay [s], which delays are counted without.
+        setup: calibrated as far as it is; delays are counted without its gyro's own.
 
     Raises:
         RecordingError: no reference, or too short.
     """
     drives = [signals_of(recording, setup) for recording in recordings]
     gyro, wide = fit_gyro(drives, WIDTH), fit_gyro(drives, WIDER)
-    found = _gyro_estimates(gyro, wide, setup, gyro_delay)
+    found = _gyro_estimates(gyro, wide, setup)
     wheeled = [drive for drive in drives if drive.wheel is not None]
     turn, placement, share = Estimate(None, None, "there is no wheel encoder"), None, 0.0
     if wheeled:
@@ -93,20 +88,18 @@ def calibrate_geometry(
     if placement is None:
         found.update({name: Estimate(None, None, turn.reason) for name in names})
     else:
-        found.update(_kinematic_estimates(wheeled, gyro, placement, setup, gyro_delay))
+        found.update(_kinematic_estimates(wheeled, gyro, placement, setup))
     told = {name: _limited(name, estimate) for name, estimate in found.items()}
     return GeometryResult(_configured(setup, told, placement), told, turn, placement, share)
 
 
-def _gyro_estimates(
-    fit: GyroFit, wide: GyroFit, setup: Setup, gyro_delay: float
-) -> dict[str, Estimate]:
+def _gyro_estimates(fit: GyroFit, wide: GyroFit, setup: Setup) -> dict[str, Estimate]:
     scale = setup.calibration.gyro_scale[1]
     gain_error = math.hypot(fit.gain_error, fit.gain - wide.gain)
     delay_error = math.hypot(fit.delay_error, fit.delay - wide.delay, GYRO_DELAY_UNCERTAINTY)
     return {
         "gyro scale y": Estimate(scale * fit.gain, scale * gain_error),
-        "reference delay": Estimate(fit.delay - gyro_delay, delay_error),
+        "reference delay": Estimate(fit.delay - setup.robot.gyro_delay, delay_error),
     }
 
 
@@ -134,18 +127,17 @@ def _kinematic_estimates(
     gyro: GyroFit,
     placement: EncoderPlacement,
     setup: Setup,
-    gyro_delay: float,
 ) -> dict[str, Estimate]:
     turn = 1.0 if placement is EncoderPlacement.BODY else 0.0
     fit = fit_kinematics(drives, WIDTH, gyro.delay, turn)
     wide = fit_kinematics(drives, WIDER, gyro.delay, turn)
-    pitch = setup.robot.mounting[1]
+    pitch, delay = setup.robot.mounting[1], setup.robot.gyro_delay
     return {
         "wheel radius": _estimate(fit, wide, "radius"),
         "lever arm x": _estimate(fit, wide, "forward"),
         "lever arm z": _estimate(fit, wide, "up"),
         "mounting pitch": _estimate(fit, wide, "pitch", pitch),
-        "wheel delay": _estimate(fit, wide, "wheel_delay", -gyro_delay, GYRO_DELAY_UNCERTAINTY),
+        "wheel delay": _estimate(fit, wide, "wheel_delay", -delay, GYRO_DELAY_UNCERTAINTY),
     }
 
 

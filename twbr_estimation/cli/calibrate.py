@@ -21,7 +21,7 @@ from ..calibration.findings import (
     poses_findings,
     still_findings,
 )
-from ..calibration.geometry import GYRO_DELAY, calibrate_geometry
+from ..calibration.geometry import calibrate_geometry
 from ..calibration.poses import calibrate_poses
 from ..calibration.still import StillOptions, calibrate_still
 from ..calibration_files import save
@@ -60,14 +60,7 @@ def add_parser(subparsers: Any) -> None:
     )
     _add_kind(kinds, "poses", "accelerometer scale from a robot held at angles", _poses)
     summary = "lever arm, wheel radius, mounting, gyro scale and delays from drives"
-    geometry = _add_kind(kinds, "geometry", summary, _geometry, "+")
-    geometry.add_argument(
-        "--gyro-delay",
-        type=float,
-        default=GYRO_DELAY,
-        metavar="S",
-        help="delay of the gyro itself; default: %(default)s, an MPU6050 without its low-pass",
-    )
+    _add_kind(kinds, "geometry", summary, _geometry, "+")
 
 
 def _add_kind(
@@ -192,4 +185,5 @@ def _poses(
 def _geometry(
     recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
 ) -> Findings:
-    return geometry_findings(calibrate_geometry(recordings, setup, arguments.gyro_delay), setup)
+    del arguments
+    return geometry_findings(calibrate_geometry(recordings, setup), setup)

@@ -4,6 +4,7 @@ Gyro and accelerometer are integrated to attitude, velocity and position in thre
 dimensions. An error-state Kalman filter compares the distance moved with the wheel
 encoder, and position and sideways motion with what a balancing robot can do; from the
 differences it learns the errors of attitude, gyro (bias and gain) and accelerometer.
+The gyro's own delay is made good at the end: the estimate is where the last rate has led to.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
 as a state of its own, a clipped acceleration leaves the velocity open.
 
@@ -59,7 +60,7 @@ from .odometer_aiding import (
     rolled_distance,
     watched,
 )
-from .strapdown import attitude_at, heading_of, tilt_of
+from .strapdown import attitude_at, heading_of, tilt_ahead
 
 PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
@@ -91,13 +92,9 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     zeros = (0.0, 0.0, 0.0)
     bias = (0.0, estimate.gyro_bias, 0.0)
-    attitude = attitude_at(estimate.tilt, accel)
+    rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
+    attitude = attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel)
     nav = Navigation(attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0, 0.0)
-    rate = (
-        sample.gyro_x,
-        sample.gyro_y - estimate.gyro_bias,
-        sample.gyro_z,
-    )
     variance = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
         variance = estimate.tilt_variance
@@ -135,7 +132,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     aiding = watched(state.aiding, sample)
     if window.time < PERIOD and was_saturated == gyro_saturated(sample):
         return State(
-            tilt_of(now.body),
+            tilt_ahead(now.body, now.rate, c.gyro_delay),
             now.rate[1],
             nav.gyro_bias[1],
             state.tilt_variance,
@@ -186,7 +183,7 @@ def _compare(
     saturated = 1.0 if gyro_saturated(sample) else 0.0
     now = read(fixed, now.rate, sample)
     return State(
-        tilt_of(now.body),
+        tilt_ahead(now.body, now.rate, c.gyro_delay),
         now.rate[1],
         fixed.gyro_bias[1],
         tilt_variance(p, heading_of(now.body)),

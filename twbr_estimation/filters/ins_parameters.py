@@ -119,6 +119,7 @@ class Coefficients(NamedTuple):
     accel_scale: float
     lever_arm: float
     room_time: float
+    gyro_delay: float
     geometry: Geometry
 
 
@@ -141,5 +142,6 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         parameters.accel_scale,
         parameters.lever_arm,
         parameters.room_time,
+        robot.gyro_delay,
         geometry,
     )

@@ -91,6 +91,13 @@ def tilt_of(m: Matrix) -> float:
     return math.atan2(-m[6], m[8])
 
 
+def tilt_ahead(m: Matrix, rate: Vector, time: float) -> float:
+    """Return the tilt that body rates [rad/s] lead to within a short time [rad]."""
+    x = m[6] + time * (m[7] * rate[2] - m[8] * rate[1])
+    z = m[8] + time * (m[6] * rate[1] - m[7] * rate[0])
+    return math.atan2(-x, z)
+
+
 def attitude_at(tilt: float, accel: Vector) -> Quaternion:
     """Return the attitude of that tilt; the accelerometer says how far it leans sideways."""
     force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])

@@ -30,6 +30,8 @@ POSITION_CUTOFF = 20.0
 """Cut-off of the zero-phase low-pass that keeps the cameras' jitter from the wheel [Hz]."""
 VELOCITY_TIME_CONSTANT = 0.02
 """Time constant of the low-pass (19) for this encoder [s], the best of six on trial 14."""
+GYRO_DELAY = 0.0042
+"""How much the gyro lags behind the cameras [s]: 3.9 to 4.2 ms in trials 12 and 25."""
 _BODY_AXES = {
     "y": np.eye(3),
     "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
@@ -41,6 +43,7 @@ _ROBOT = Robot(
     lever_arm=(0.0, 0.0, 0.0),
     gyro_range=math.radians(2000.0),
     accel_range=16.0 * STANDARD_GRAVITY,
+    gyro_delay=GYRO_DELAY,
 )
 _NAMES = ("imu_gyr", "imu_acc", "opt_quat", "opt_pos", "movement", "sampling_rate")
 

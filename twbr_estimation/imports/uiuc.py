@@ -23,6 +23,8 @@ FORMAT = "MATLAB file of the UIUC relative angle set (MPU6050 and encoder on one
 
 ENCODER_LAG = 0.008
 """An encoder value belongs to the IMU sample that is this much later in the log [s]."""
+GYRO_DELAY = 0.0048
+"""Delay of the chip's 42 Hz low-pass, which its motion processor is run with [s]."""
 UPRIGHT_DEG = 90.0
 """Encoder angle at which the sensor's z axis points up [deg]."""
 MOUNTING_OFFSET_DEG = 0.35
@@ -62,7 +64,7 @@ def load(path: Path, options: Options) -> ImportedLog:
         repairs=dict(+repairs),
     )
     bias = gyro_bias(time, gyro, float(tilt[-1] - tilt[0]))
-    robot = Robot(lever_arm=(0.0, 0.0, 0.0), gyro_range=math.radians(500.0))
+    robot = Robot(lever_arm=(0.0, 0.0, 0.0), gyro_range=math.radians(500.0), gyro_delay=GYRO_DELAY)
     provenance = {"gyro_bias": "mean rate less the encoder's rotation over the whole file"}
     return ImportedLog(recording, robot, Calibration(gyro_bias=bias), provenance=provenance)
 
