@@ -10,7 +10,7 @@ from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters.base import filter_named
 from twbr_estimation.pairing import pair
-from twbr_estimation.robot import CorrectionSettings, Setup
+from twbr_estimation.robot import CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.simulation import Simulated, World, simulate
 from twbr_estimation.simulation.worlds import PAPER, W1, W2
@@ -175,7 +175,7 @@ def test_poses_reach_eighty_degrees_and_hold_still():
 
 def test_worlds_tell_the_estimator_something_wrong():
     true, told = simulate("W2", 0.02, 1.0, 1).true_setup, simulate("W2", 0.02, 1.0, 1).setup
-    assert told == Setup(calibration=PAPER.calibration)
+    assert told == Setup(Robot(gyro_delay=PAPER.gyro_lag), PAPER.calibration)
     assert abs(true.robot.wheel_radius / told.robot.wheel_radius - 1.0) == pytest.approx(0.01)
     assert abs(true.robot.lever_arm[2] - told.robot.lever_arm[2]) == pytest.approx(0.003)
     assert abs(math.degrees(true.robot.mounting[1])) == pytest.approx(0.2)

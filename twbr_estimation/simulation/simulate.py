@@ -92,9 +92,7 @@ def _sampling(dt: float, duration: float) -> tuple[int, int]:
 def setups_of(world: World, seed: int, robot: Robot | None = None) -> tuple[Setup, Setup]:
     """Return the setup the estimator is told, and the true one; signs vary by seed."""
     signs = stream(seed, "geometry").choice([-1.0, 1.0], 4).tolist()
-    told = replace(
-        robot or Robot(), track_width=world.track_width, gyro_delay=world.gyro_lag
-    )
+    told = replace(robot or Robot(), track_width=world.track_width, gyro_delay=world.gyro_lag)
     arm = told.lever_arm
     true = replace(
         told,
