@@ -14,8 +14,8 @@ from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters.base import filter_named
 from twbr_estimation.nodes.declarations import (
     declarations_of,
-    declarations_of_filter,
-    filter_parameters_from,
+    declared_values_from,
+    named_declarations_of,
     settings_from,
 )
 from twbr_estimation.nodes.parameters import NodeParameters
@@ -106,8 +106,8 @@ def test_filter_parameters_are_refused_outside_their_bounds(graph: Any, value: f
     node = graph.add(Node("subject", **graph.options()))
     parameters = NodeParameters(
         node,
-        declarations_of_filter(KALMAN),
-        lambda values: filter_parameters_from(KALMAN, values),
+        named_declarations_of(KALMAN),
+        lambda values: declared_values_from(KALMAN, values),
     )
     (result,) = node.set_parameters([Parameter("alpha_beta_wb.alpha", value=value)])
     assert not result.successful and "alpha_beta_wb.alpha" in result.reason
@@ -118,7 +118,7 @@ def test_descriptors_carry_description_unit_and_limits(graph: Any) -> None:
     node = graph.add(Node("subject", **graph.options()))
     NodeParameters(
         node,
-        declarations_of_filter(KALMAN) + declarations_of(Setup(), read_only=True),
+        named_declarations_of(KALMAN) + declarations_of(Setup(), read_only=True),
         lambda values: None,
     )
     request = DescribeParameters.Request(names=["alpha_beta_wb.beta", "robot.wheel_radius"])

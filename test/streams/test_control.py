@@ -25,7 +25,9 @@ START = 10**9
 
 
 def configured(**settings: object) -> ControlConfiguration:
-    own = {key: settings.pop(key) for key in ("auto_start", "blend_time") if key in settings}
+    own = {
+        key: settings.pop(key) for key in ("start_when_upright", "blend_time") if key in settings
+    }
     balance = BalanceConfiguration(BalanceSettings(**settings))  # type: ignore[arg-type]
     return ControlConfiguration(ControlSettings(**own), balance)  # type: ignore[arg-type]
 
@@ -105,8 +107,8 @@ def test_being_carried_past_upright_is_not_being_stood_up() -> None:
         assert loop.voltages == NO_VOLTAGE
 
 
-def test_without_auto_start_only_enable_starts_it() -> None:
-    loop = Loop(auto_start=False)
+def test_without_start_when_upright_only_enable_starts_it() -> None:
+    loop = Loop(start_when_upright=False)
     loop.run(0.1)
     loop.robot.place(0.0)
     loop.run(0.3)

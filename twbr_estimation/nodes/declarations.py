@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
 
 from ..bounds import Bounds, bounds_of
+from ..controllers.base import Controller
 from ..errors import ConfigurationError
 from ..filters.base import Filter
 
@@ -76,8 +77,8 @@ def declarations_of(
     return tuple(found)
 
 
-def declarations_of_filter(entry: Filter) -> tuple[Declaration, ...]:
-    """Return the parameters of a filter, named `FILTER.PARAMETER`."""
+def named_declarations_of(entry: Filter | Controller) -> tuple[Declaration, ...]:
+    """Return the parameters of a filter or controller, named `NAME.PARAMETER`."""
     return tuple(
         Declaration(f"{entry.name}.{each.name}", each.default, _described(each.bounds), each.bounds)
         for each in entry.declared()
@@ -107,8 +108,8 @@ def settings_from(defaults: Settings, values: Mapping[str, Any], prefix: str = "
     return type(defaults)(**changes)
 
 
-def filter_parameters_from(entry: Filter, values: Mapping[str, Any]) -> Any:
-    """Return the validated parameters of a filter from ROS parameter values by full name.
+def declared_values_from(entry: Filter | Controller, values: Mapping[str, Any]) -> Any:
+    """Return the validated parameters of a filter or controller from values by full name.
 
     Raises:
         ConfigurationError: outside its bounds.

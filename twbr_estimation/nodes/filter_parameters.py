@@ -12,8 +12,8 @@ from ..robot import Setup
 from ..streams.filtering import FilterConfiguration, FilterSettings
 from .declarations import (
     declarations_of,
-    declarations_of_filter,
-    filter_parameters_from,
+    declared_values_from,
+    named_declarations_of,
     settings_from,
 )
 from .parameters import NodeParameters
@@ -37,14 +37,14 @@ def declare_filter_parameters(
     """
     declared = [*declarations_of(FilterSettings()), *declarations_of(Setup())]
     for entry in filters().values():
-        declared.extend(declarations_of_filter(entry))
+        declared.extend(named_declarations_of(entry))
     return NodeParameters(node, declared, _configuration, apply)
 
 
 def _configuration(values: Mapping[str, Any]) -> FilterNodeConfiguration:
     setup = settings_from(Setup(), values)
     parameters = {
-        name: filter_parameters_from(entry, values)._asdict() for name, entry in filters().items()
+        name: declared_values_from(entry, values)._asdict() for name, entry in filters().items()
     }
     settings = settings_from(FilterSettings(), values)
     return FilterNodeConfiguration(FilterConfiguration(settings, parameters, setup.robot), setup)

@@ -7,9 +7,15 @@ from collections.abc import Callable
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.timer import Timer
 
 PERIOD = 0.05
 """Time between two looks at the input [s]."""
+
+
+def wall_timer(node: Node, period: float, tick: Callable[[], None]) -> Timer:
+    """Return a timer of this period [s] that goes on where ROS time stands still."""
+    return node.create_timer(period, tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
 class Watchdog:
@@ -25,8 +31,7 @@ class Watchdog:
         """
         self.timeout = timeout
         self._fed: float | None = None
-        wall = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = node.create_timer(PERIOD, tick, clock=wall)
+        self._timer = wall_timer(node, PERIOD, tick)
 
     def feed(self) -> None:
         """Note that a sample came."""

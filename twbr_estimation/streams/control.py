@@ -3,7 +3,7 @@
 | what happens | outcome |
 |---|---|
 | the start, and a stream that starts afresh | cut until the robot is stood up |
-| a fall, or voltages that are no numbers | cut until it is stood up; without `auto_start` until it is enabled |
+| a fall, or voltages that are no numbers | cut until it is stood up; without `start_when_upright` until it is enabled |
 | tilt or wheels late, or the tilt not valid | cut until that is over |
 | another controller, or other parameters | goes on from the last voltages, over `blend_time` |
 | disabled | cut until it is enabled |
@@ -19,6 +19,7 @@ from typing import Annotated
 from ..bounds import Bounds, require_bounds
 from ..controllers.base import MotorVoltages
 from ..pairing import WheelReading
+from ..plants.laddach2022 import PlantState, motor_torque
 from ..samples import RESTART_GAP
 from .balancing import NO_VOLTAGE, BalanceConfiguration, BalanceStream, Standing
 from .stamps import StampGuard, Verdict
@@ -36,7 +37,7 @@ class ControlSettings:
         ConfigurationError: a number out of bounds.
     """
 
-    auto_start: bool = True
+    start_when_upright: bool = True
     """Balance as soon as the robot is stood up; otherwise only after `~/enable`, also after
     each fall."""
     blend_time: Annotated[
@@ -73,7 +74,7 @@ class ControlStream:
         self._configuration = configuration
         self._balance = BalanceStream(configuration.balance)
         self._balance.lay_down()
-        self._enabled = configuration.control.auto_start
+        self._enabled = configuration.control.start_when_upright
         self._tilt: tuple[int, float, float] | None = None
         self._due: int | None = None
         self._last_step = 0
@@ -160,12 +161,28 @@ class ControlStream:
             return None
         return self._step(stamp)
 
+    def torques(self, voltages: MotorVoltages) -> tuple[float, float]:
+        """Return the torques on the left and the right wheel [N m] under these voltages now."""
+        odometry, robot = self._balance.odometry, self._configuration.balance.robot
+        if odometry is None or self._tilt is None or voltages == NO_VOLTAGE:
+            return 0.0, 0.0
+        plant, apart = robot.plant(), 0.5 * robot.track_width * odometry.yaw_rate
+        left, right = (
+            0.5 * motor_torque(PlantState(0.0, speed, 0.0, self._tilt[2]), voltage, plant)
+            for voltage, speed in zip(
+                voltages, (odometry.velocity - apart, odometry.velocity + apart), strict=True
+            )
+        )
+        return left, right
+
     def tick(self, now: int) -> MotorVoltages | None:
         """Return the cut where the tilt has fallen silent by `now` [ns]; else nothing."""
         late = self._balance.settings.tilt_timeout
         if self._tilt is None or (now - self._tilt[0]) * 1e-9 <= late:
             return None
-        return self._step(now)
+        cut = self._step(now)
+        self._due = None  # the next tilt is a step, however it is stamped
+        return cut
 
     def _derived_rate(self, stamp: int, tilt: float) -> float:
         if self._tilt is None:
@@ -200,7 +217,7 @@ class ControlStream:
 
     def _fell(self, how: str) -> None:
         self.counts[how] += 1
-        self._enabled = self._enabled and self._configuration.control.auto_start
+        self._enabled = self._enabled and self._configuration.control.start_when_upright
 
     def _schedule(self, now: int) -> None:
         """Note the step, and when the next one is due: on average after each period."""

@@ -1,0 +1,229 @@
+"""Keep the robot upright: tilt, wheels and velocity commands to the motors.
+
+`motor/command` is [left, right] in V, positive driving forward; `motor/torque`, on request, the
+same in N m at the wheels. The motors are cut, which is a command of zeros, until the robot has been
+stood up, when it falls, when tilt or wheels fall silent or `tilt/valid` is false, while
+`~/enable` has it disabled, and once as the node is deactivated or ends. The controller, its
+parameters and the robot change between two steps.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, Float64, Float64MultiArray
+from std_srvs.srv import SetBool
+
+from ..controllers.base import MotorVoltages
+from ..errors import MessageError
+from ..messages import tilt_of_quaternion
+from ..streams.balancing import NO_VOLTAGE, Standing
+from ..streams.cdr import GYRO, WheelDecoder, decode_float64, decode_imu, encode_float64s
+from ..streams.control import ControlConfiguration, ControlStream
+from ..streams.corrected import has_angle
+from .controller_parameters import (
+    TiltSource,
+    declare_controller_inputs,
+    declare_controller_parameters,
+)
+from .diagnostics import Diagnostics, Level, Report
+from .inputs import listen
+from .lifecycle import DeviceNode
+from .qos import overridable, published, subscribed
+from .spin import run
+from .watchdog import PERIOD, wall_timer
+
+GOODBYE = Duration(nanoseconds=200_000_000)
+"""How long the last command is waited for to arrive."""
+
+
+class ControllerNode(DeviceNode):
+    """Subscribes, steps a `ControlStream`, publishes."""
+
+    def __init__(self, **options: Any) -> None:
+        """Create the node.
+
+        Raises:
+            ConfigurationError: a parameter that cannot be used.
+        """
+        super().__init__("controller_node", **options)
+        self._inputs = declare_controller_inputs(self)
+        self._chosen = declare_controller_parameters(self, self._configure)
+        self._stream = ControlStream(self._chosen.current)
+        self._wheels = WheelDecoder(self._inputs.left_wheel_joint, self._inputs.right_wheel_joint)
+        self._arrival = 0
+        self._unreadable = self._without_angle = 0
+        self._subscribe()
+        options = {"qos_overriding_options": overridable()}
+        self._command = self.create_publisher(
+            Float64MultiArray, "motor/command", published(), **options
+        )
+        self._torque = None
+        if self._inputs.publish_torque:
+            self._torque = self.create_publisher(
+                Float64MultiArray, "motor/torque", published(), **options
+            )
+        self.create_service(SetBool, "~/enable", self._on_enable)
+        self._tick_timer = wall_timer(self, PERIOD, self._tick)
+        self._diagnostics = Diagnostics(self, self.report)
+        self.begin()
+
+    def _subscribe(self) -> None:
+        if self._inputs.input is TiltSource.IMU:
+            listen(self, Imu, "imu/data", self._on_imu)
+        else:
+            listen(self, Float64, "tilt", self._on_tilt)
+        listen(self, JointState, "joint_states", self._on_joints)
+        # Not latched: filter_node repeats it, and another's publisher may not latch.
+        self.create_subscription(Bool, "tilt/valid", self._on_valid, subscribed())
+        stamped = self._inputs.use_stamped_vel
+        self._velocities = self.create_subscription(
+            TwistStamped if stamped else Twist,
+            "cmd_vel",
+            (lambda message: self._on_twist(message.twist)) if stamped else self._on_twist,
+            subscribed(),
+            qos_overriding_options=overridable(),
+        )
+
+    def open_device(self) -> None:
+        """Begin afresh, with the motors cut."""
+        self._stream = ControlStream(self._chosen.current)
+
+    def close_device(self) -> None:
+        """There is nothing to release."""
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Cut the motors, and command nothing from then on."""
+        self._cut_for_good()
+        self._stream = ControlStream(self._chosen.current)
+        return super().on_deactivate(state)
+
+    def destroy_node(self) -> None:
+        """Cut the motors, then destroy the node."""
+        self._cut_for_good()
+        super().destroy_node()
+
+    def _cut_for_good(self) -> None:
+        if self.is_active:
+            self._publish(NO_VOLTAGE)
+            self._command.wait_for_all_acked(GOODBYE)
+
+    def _configure(self, configuration: ControlConfiguration) -> None:
+        self._stream.configure(configuration)
+
+    def _on_imu(self, data: bytes) -> None:
+        try:
+            stamp, values = decode_imu(data)
+        except MessageError:
+            self._unreadable += 1
+            return
+        if not has_angle(values):
+            self._without_angle += 1
+            return
+        self._take(stamp, float(tilt_of_quaternion(*values[:4])), values[GYRO + 1])
+
+    def _on_tilt(self, data: bytes) -> None:
+        try:
+            tilt = decode_float64(data)
+        except MessageError:
+            self._unreadable += 1
+            return
+        self._take(self._clock_now(), tilt, None)
+
+    def _take(self, stamp: int, tilt: float, rate: float | None) -> None:
+        if not self.is_active:
+            return
+        self._arrival = self._clock_now()
+        voltages = self._stream.add_tilt(stamp, tilt - self._inputs.balance_tilt, rate)
+        if voltages is not None:
+            self._publish(voltages)
+
+    def _on_joints(self, data: bytes) -> None:
+        try:
+            reading = self._wheels.decode(data)
+        except MessageError:
+            self._unreadable += 1
+            return
+        if reading is not None:
+            self._stream.add_wheels(reading)
+
+    def _on_valid(self, message: Bool) -> None:
+        self._stream.set_valid(message.data)
+
+    def _on_twist(self, twist: Twist) -> None:
+        self._stream.command(self._now(), twist.linear.x, twist.angular.z)
+
+    def _clock_now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    def _now(self) -> int:
+        """Return what a tilt that came now would be stamped [ns], whatever clock stamps it."""
+        last, now = self._stream.last_tilt, self._clock_now()
+        if last is None or self._arrival == 0:  # a simulated clock had not begun
+            return now if last is None else last
+        return last + now - self._arrival
+
+    def _publish(self, voltages: MotorVoltages) -> None:
+        self._command.publish(encode_float64s(voltages))
+        if self._torque is not None:
+            self._torque.publish(encode_float64s(self._stream.torques(voltages)))
+
+    def _tick(self) -> None:
+        """Cut the motors when the tilt has fallen silent."""
+        if self.is_active:
+            voltages = self._stream.tick(self._now())
+            if voltages is not None:
+                self._publish(voltages)
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        response.success = True
+        response.message = self._stream.enable() if request.data else self._stream.disable()
+        self.get_logger().info(response.message)
+        return response
+
+    def report(self) -> Report:
+        """Return what `/diagnostics` says."""
+        stream, balance = self._stream, self._stream.balance
+        values: dict[str, object] = {
+            "controller": balance.settings.controller,
+            "unreadable_messages": self._unreadable,
+            "messages_without_angle": self._without_angle,
+            **stream.counts,
+            **{f"tilt_{name}": count for name, count in stream.guard.counts.items()},
+        }
+        if balance.odometry is not None:
+            values |= {
+                "position_m": balance.odometry.position,
+                "velocity_m_s": balance.odometry.velocity,
+            }
+        if not self.is_active:
+            return Report(Level.STALE, self.failure or "inactive", values)
+        if problem := self._wrong_twist() or self._raw_imu():
+            return Report(Level.WARN, problem, values)
+        if not stream.cut_because:
+            return Report(Level.OK, f"balancing with {balance.settings.controller}", values)
+        late = balance.standing in (Standing.TILT_LATE, Standing.WHEELS_LATE)
+        level = Level.ERROR if late else Level.WARN
+        return Report(level, f"motors cut: {stream.cut_because}", values)
+
+    def _wrong_twist(self) -> str:
+        topic, stamped = self._velocities.topic_name, self._inputs.use_stamped_vel
+        wrong = f"geometry_msgs/msg/{'Twist' if stamped else 'TwistStamped'}"
+        kinds = {each.topic_type for each in self.get_publishers_info_by_topic(topic)}
+        if wrong not in kinds:
+            return ""
+        return f"{topic} is published as {wrong}; set use_stamped_vel: {str(not stamped).lower()}"
+
+    def _raw_imu(self) -> str:
+        if not self._without_angle or self._stream.last_tilt is not None:
+            return ""
+        return "imu/data reports no orientation; let filter_node publish it"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is asked to stop."""
+    return run(ControllerNode, arguments)

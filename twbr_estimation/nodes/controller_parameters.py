@@ -1,0 +1,107 @@
+"""The parameters of all controllers, the choice among them and the robot, as one whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Annotated, Any
+
+from rclpy.node import Node
+
+from ..bounds import Bounds, require_bounds
+from ..controllers.base import controllers
+from ..robot import Robot
+from ..streams.balancing import BalanceConfiguration, BalanceSettings
+from ..streams.control import ControlConfiguration, ControlSettings
+from .declarations import (
+    declarations_of,
+    declared_values_from,
+    named_declarations_of,
+    settings_from,
+)
+from .parameters import NodeParameters
+
+ROBOT = "robot."
+
+
+class TiltSource(str, Enum):
+    """Where the tilt comes from."""
+
+    IMU = "imu"
+    """`imu/data`: tilt, rate and stamp in one message."""
+    TILT = "tilt"
+    """`tilt`: a number without rate and stamp."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerInputs:
+    """What the node listens to and publishes; only at the start.
+
+    Raises:
+        ConfigurationError: a number out of bounds.
+    """
+
+    input: TiltSource = TiltSource.IMU
+    """`imu` for tilt, rate and stamp of `imu/data`; `tilt` for the number on `tilt`, its rate
+    derived and its stamp that of its arrival."""
+    use_stamped_vel: bool = True
+    """Whether `cmd_vel` is geometry_msgs/TwistStamped; otherwise geometry_msgs/Twist."""
+    publish_torque: bool = False
+    """Whether `motor/torque` goes out beside `motor/command`, for motors that take a torque."""
+    left_wheel_joint: str = "left_wheel_joint"
+    """Name of the left wheel in `joint_states`; one of the two wheels is enough to balance. Where
+    a robot has neither joint, `wheel_joint` counts."""
+    right_wheel_joint: str = "right_wheel_joint"
+    """Name of the right wheel in `joint_states`."""
+    balance_tilt: Annotated[
+        float,
+        Bounds(-1.5, 1.5, "rad", "Tilt at which the robot balances, subtracted"),
+    ] = 0.0
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+
+
+def declare_controller_inputs(node: Node) -> ControllerInputs:
+    """Declare the read-only parameters and return their values.
+
+    Raises:
+        ConfigurationError: a value out of bounds.
+    """
+    defaults = ControllerInputs()
+    declared = declarations_of(defaults, read_only=True)
+    return NodeParameters(node, declared, lambda values: settings_from(defaults, values)).current
+
+
+def declare_controller_parameters(
+    node: Node, apply: Callable[[ControlConfiguration], None]
+) -> NodeParameters[ControlConfiguration]:
+    """Declare them; `apply` takes over each accepted change.
+
+    Raises:
+        ConfigurationError: an initial value that is refused.
+    """
+    declared = [
+        *declarations_of(BalanceSettings()),
+        *declarations_of(ControlSettings()),
+        *declarations_of(Robot(), ROBOT),
+    ]
+    for entry in controllers().values():
+        declared.extend(named_declarations_of(entry))
+    return NodeParameters(node, declared, _configuration, apply)
+
+
+def _configuration(values: Mapping[str, Any]) -> ControlConfiguration:
+    settings = settings_from(BalanceSettings(), values)
+    robot = settings_from(Robot(), values, ROBOT)
+    parameters = {
+        name: declared_values_from(entry, values)._asdict() for name, entry in controllers().items()
+    }
+    entry = controllers()[settings.controller]
+    # What cannot be derived must be refused here, before anything has changed.
+    entry.derive(entry.configure(parameters[entry.name]), robot, settings.period)
+    return ControlConfiguration(
+        settings_from(ControlSettings(), values),
+        BalanceConfiguration(settings, parameters, robot),
+    )
