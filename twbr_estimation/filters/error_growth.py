@@ -12,14 +12,17 @@ from ..samples import STANDARD_GRAVITY
 from .error_state import (
     ACCEL_BIAS,
     ATTITUDE,
+    BEND,
     DISTANCE,
     EXCESS,
     GYRO_BIAS,
+    GYRO_CROSS,
     GYRO_GAIN,
     MOVING,
     POSITION,
     STATES,
     VELOCITY,
+    WHEEL_RADIUS,
     Array,
     advanced,
     fade,
@@ -36,7 +39,7 @@ def transition(nav: Navigation, now: Reading, window: Window, c: Coefficients) -
     """Return what a window adds to attitude, velocity, position and distance errors.
 
     Returns:
-        The first rows of the transition matrix, less the identity, (10, 21).
+        The first rows of the transition matrix, less the identity, (10, 25).
     """
     time, body, turn, push = window.time, now.body, window.turn, window.push
     forward, left = heading_of(body)
@@ -47,10 +50,14 @@ def transition(nav: Navigation, now: Reading, window: Window, c: Coefficients) -
     f[VELOCITY + 2, ATTITUDE], f[VELOCITY + 2, ATTITUDE + 1] = push[1], -push[0]
     f[DISTANCE, VELOCITY], f[DISTANCE, VELOCITY + 1] = time * forward, time * left
     f[DISTANCE, ATTITUDE + 2] = time * (nav.velocity[1] * forward - nav.velocity[0] * left)
+    f[DISTANCE, WHEEL_RADIUS] = -time * (nav.velocity[0] * forward + nav.velocity[1] * left)
     for i in range(3):
         f[POSITION + i, VELOCITY + i] = time
         f[POSITION + i, POSITION + i] = -leak
         f[ATTITUDE + i, EXCESS] = window.saturated * body[3 * i + 1]
+        f[ATTITUDE + i, GYRO_CROSS] = turn[2] * body[3 * i]
+        f[VELOCITY + i, BEND] = -window.bend[0] * body[3 * i]
+        f[VELOCITY + i, BEND + 1] = -window.bend[1] * body[3 * i]
         for j in range(3):
             along = body[3 * i + j]
             f[ATTITUDE + i, GYRO_BIAS + j] = -time * along

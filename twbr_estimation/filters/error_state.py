@@ -1,8 +1,10 @@
 """The covariance of an inertial navigation error, and what a measurement does to it.
 
-The error vector has 21 entries: attitude (3, level axes), velocity (3), position (3),
+The error vector has 25 entries: attitude (3, level axes), velocity (3), position (3),
 distance rolled (1), gyro bias (3), gyro gain (3), accelerometer bias (3), the rate beyond
-the gyro's range (1) and the lever arm's height (1). Functions change the arrays they are given.
+the gyro's range (1), the lever arm's height (1), the wheel radius (1), the yaw rate that the
+gyro feels as roll (1) and the bend of the forward accelerometer (2). Functions change the
+arrays they are given.
 
 Array operations are spelled twice: in few calls for the interpreter, and in loops for the
 compiler, which would allocate every intermediate. Both do the same operations on each element
@@ -18,11 +20,11 @@ from numpy.typing import NDArray
 
 from .base import compiled_as
 
-STATES = 21
+STATES = 25
 """Length of the error vector."""
 ATTITUDE, VELOCITY, POSITION, DISTANCE = 0, 3, 6, 9
 GYRO_BIAS, GYRO_GAIN, ACCEL_BIAS, EXCESS = 10, 13, 16, 19
-LEVER_UP = 20
+LEVER_UP, WHEEL_RADIUS, GYRO_CROSS, BEND = 20, 21, 22, 23
 
 Array = NDArray[np.float64]
 
@@ -32,16 +34,16 @@ MOVING = 10
 
 def _sources() -> NDArray[np.int64]:
     attitude, accel = range(ATTITUDE, ATTITUDE + 3), range(ACCEL_BIAS, ACCEL_BIAS + 3)
-    table = np.full((MOVING, 7), LEVER_UP)  # which moves nothing, where there is no other
-    table[ATTITUDE : ATTITUDE + 3] = [*range(GYRO_BIAS, GYRO_BIAS + 6), EXCESS]
-    table[VELOCITY : VELOCITY + 3, :6] = [*attitude, *accel]
+    table = np.full((MOVING, 8), LEVER_UP)  # which moves nothing, where there is no other
+    table[ATTITUDE : ATTITUDE + 3] = [*range(GYRO_BIAS, GYRO_BIAS + 6), EXCESS, GYRO_CROSS]
+    table[VELOCITY : VELOCITY + 3] = [*attitude, *accel, BEND, BEND + 1]
     table[POSITION : POSITION + 3, :2] = [[VELOCITY + i, POSITION + i] for i in range(3)]
-    table[DISTANCE, :3] = VELOCITY, VELOCITY + 1, ATTITUDE + 2
+    table[DISTANCE, :4] = VELOCITY, VELOCITY + 1, ATTITUDE + 2, WHEEL_RADIUS
     return table
 
 
 SOURCES = _sources()
-"""What moves each of them over a window, (10, 7)."""
+"""What moves each of them over a window, (10, 8)."""
 _TERMS = SOURCES.shape[1]
 _ROWS = SOURCES.T.ravel()
 _PLACES = (np.arange(MOVING) * STATES + SOURCES.T).ravel()
@@ -80,8 +82,8 @@ def advanced(p: Array, f: Array) -> Array:
     """Return the covariance one window later, (I + F) P (I + F)'.
 
     Args:
-        p: covariance, (21, 21), symmetric.
-        f: what the window adds to the first entries, (10, 21); zero but for `SOURCES`.
+        p: covariance, (25, 25), symmetric.
+        f: what the window adds to the first entries, (10, 25); zero but for `SOURCES`.
     """
     weights = f.take(_PLACES)
     moved = weights.repeat(STATES).reshape(_TERMS, MOVING, STATES)
@@ -124,7 +126,8 @@ def _observe_in_loops(
         gain[n] *= slow
     for n in range(GYRO_GAIN, ACCEL_BIAS):
         gain[n] *= gains
-    gain[LEVER_UP] *= slow
+    for n in range(LEVER_UP, STATES):
+        gain[n] *= slow
     for n in range(STATES):
         error[n] += (residual - expected) * gain[n]
         rest[n] = spread[n] - half * gain[n]
@@ -143,12 +146,12 @@ def observe(
     gain smaller than the optimal one is the partial-update Schmidt-Kalman filter (Brink 2017).
 
     Args:
-        p: covariance, (21, 21).
-        error: estimated error so far, (21,).
+        p: covariance, (25, 25).
+        error: estimated error so far, (25,).
         h: the measurement's slopes.
         residual: measured minus predicted before any correction.
         variance: of the measurement.
-        slow: share of the correction that biases, gains and lever arm take; the rest of
+        slow: share of the correction that biases, gains, geometry and bend take; the rest of
             it stays uncertainty that is only considered.
         gains: the share of that which the gyro gains take.
     """
@@ -168,7 +171,7 @@ def observe(
     if slow != 1.0 or gains != 1.0:
         gain[GYRO_BIAS:EXCESS] *= slow
         gain[GYRO_GAIN:ACCEL_BIAS] *= gains
-        gain[LEVER_UP] *= slow
+        gain[LEVER_UP:] *= slow
     error += (residual - expected) * gain
     spread -= (0.5 * scatter) * gain
     # Each element is one product, so that BLAS rounds it as anybody does.

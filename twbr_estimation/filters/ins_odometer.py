@@ -25,13 +25,16 @@ from .error_growth import propagated
 from .error_state import (
     ACCEL_BIAS,
     ATTITUDE,
+    BEND,
     DISTANCE,
     GYRO_BIAS,
+    GYRO_CROSS,
     GYRO_GAIN,
     LEVER_UP,
     POSITION,
     STATES,
     VELOCITY,
+    WHEEL_RADIUS,
     Array,
     forget,
 )
@@ -84,7 +87,7 @@ class State(NamedTuple):
     window: Window
     aiding: Aiding
     covariance: Array
-    """Of the error vector of `error_state`, (21, 21)."""
+    """Of the error vector of `error_state`, (25, 25)."""
 
 
 def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
@@ -94,7 +97,9 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     bias = (0.0, estimate.gyro_bias, 0.0)
     rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
     attitude = attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel)
-    nav = Navigation(attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0, 0.0)
+    nav = Navigation(
+        attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0)
+    )
     variance = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
         variance = estimate.tilt_variance
@@ -120,6 +125,9 @@ def _first_covariance(tilt: float, c: Coefficients) -> Array:
         p[GYRO_GAIN + i, GYRO_GAIN + i] = c.gyro_gain * c.gyro_gain
         p[ACCEL_BIAS + i, ACCEL_BIAS + i] = c.accel_bias * c.accel_bias
     p[LEVER_UP, LEVER_UP] = c.lever_arm * c.lever_arm
+    p[WHEEL_RADIUS, WHEEL_RADIUS] = c.wheel_radius * c.wheel_radius
+    p[GYRO_CROSS, GYRO_CROSS] = c.gyro_cross * c.gyro_cross
+    p[BEND, BEND] = p[BEND + 1, BEND + 1] = c.accel_residual * c.accel_residual
     p[ATTITUDE, ATTITUDE] = p[ATTITUDE + 1, ATTITUDE + 1] = tilt
     return p
 
@@ -178,6 +186,9 @@ def _compare(
         decayed(fixed.accel_bias, keep),
         drifted_excess(p, fixed.excess, window.time, sample),
         fixed.lever_up,
+        fixed.wheel_radius,
+        fixed.gyro_cross,
+        fixed.bend,
     )
     unchecked = 0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked
     saturated = 1.0 if gyro_saturated(sample) else 0.0

@@ -66,6 +66,29 @@ class Parameters(NamedTuple):
             "Relative error of accelerations, from the accelerometer's scale and alignment.",
         ),
     ] = 0.02
+    accel_residual: Annotated[
+        float,
+        Bounds(
+            0.0,
+            2.0,
+            "m/s^2",
+            "Standard deviation of what calibration left of the forward accelerometer's errors "
+            "away from zero.",
+        ),
+    ] = 0.03
+    gyro_cross: Annotated[
+        float,
+        Bounds(
+            0.0,
+            0.1,
+            "1",
+            "Standard deviation of the share of the yaw rate that the gyro feels as roll.",
+        ),
+    ] = 0.005
+    wheel_radius: Annotated[
+        float,
+        Bounds(0.0, 0.2, "1", "Standard deviation of the relative error of the wheel radius."),
+    ] = 0.01
     lever_arm: Annotated[
         float,
         Bounds(0.0, 0.2, "m", "Standard deviation of the error of the lever arm's height."),
@@ -117,6 +140,9 @@ class Coefficients(NamedTuple):
     accel_bias: float
     accel_bias_time: float
     accel_scale: float
+    accel_residual: float
+    gyro_cross: float
+    wheel_radius: float
     lever_arm: float
     room_time: float
     gyro_delay: float
@@ -140,6 +166,9 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         parameters.accel_bias,
         parameters.accel_bias_time,
         parameters.accel_scale,
+        parameters.accel_residual,
+        parameters.gyro_cross,
+        parameters.wheel_radius,
         parameters.lever_arm,
         parameters.room_time,
         robot.gyro_delay,

@@ -13,13 +13,16 @@ from typing import NamedTuple
 from ..samples import STANDARD_GRAVITY, CorrectedSample
 from .error_state import (
     ACCEL_BIAS,
+    BEND,
     DISTANCE,
     EXCESS,
     GYRO_BIAS,
+    GYRO_CROSS,
     GYRO_GAIN,
     LEVER_UP,
     POSITION,
     VELOCITY,
+    WHEEL_RADIUS,
     Array,
 )
 from .strapdown import (
@@ -45,6 +48,8 @@ SHOCK = 1.0
 JUMP = 0.25
 """Variance of the mean between two samples per square of their difference; a jump at an
 unknown instant alone gives 1/12."""
+BEND_AT = 2.0
+"""Forward reading at which the accelerometer's bend is stated [m/s^2]."""
 
 _ZEROS = (0.0, 0.0, 0.0)
 
@@ -67,6 +72,13 @@ class Navigation(NamedTuple):
     """Tilt rate beyond the gyro's range while it is saturated [rad/s]."""
     lever_up: float
     """What to add to the height of the lever arm [m]."""
+    wheel_radius: float
+    """What to add to 1 before the radius of the wheels is multiplied by it."""
+    gyro_cross: float
+    """Share of the yaw rate that the roll rate lacks."""
+    bend: tuple[float, float]
+    """What the forward accelerometer reads too much at -`BEND_AT` and below, and at `BEND_AT`
+    and above; in proportion in between [m/s^2]."""
 
 
 class Reading(NamedTuple):
@@ -96,6 +108,8 @@ class Window(NamedTuple):
     """Integral of the gyro's reading, body axes [rad]."""
     push: Vector
     """Integral of the specific force, level axes [m/s]."""
+    bend: tuple[float, float]
+    """Integrals of the shares of each bend that the readings held [s]."""
     turn_noise: Vector
     """Variance of the turn, body axes [rad^2]."""
     push_noise: Vector
@@ -104,7 +118,7 @@ class Window(NamedTuple):
 
 def empty_window() -> Window:
     """Return a window without samples."""
-    return Window(0.0, 0.0, _ZEROS, _ZEROS, _ZEROS, _ZEROS)
+    return Window(0.0, 0.0, _ZEROS, _ZEROS, (0.0, 0.0), _ZEROS, _ZEROS)
 
 
 def gyro_saturated(sample: CorrectedSample) -> bool:
@@ -121,14 +135,24 @@ def clipped(sample: CorrectedSample) -> bool:
 
 def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> Reading:
     """Return what to remember of a sample at the attitude of `nav`."""
-    return _reading(nav.attitude, nav.accel_bias, rate, sample)
+    return _reading(nav.attitude, nav, rate, sample)
 
 
-def _reading(attitude: Quaternion, bias: Vector, rate: Vector, sample: CorrectedSample) -> Reading:
-    body = matrix_of(attitude)
+def _reading(
+    attitude: Quaternion, nav: Navigation, rate: Vector, sample: CorrectedSample
+) -> Reading:
+    body, bias = matrix_of(attitude), nav.accel_bias
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    force = rotated(body, (accel[0] - bias[0], accel[1] - bias[1], accel[2] - bias[2]))
+    back, ahead = bend_shares(accel[0])
+    forward = accel[0] - bias[0] - (back * nav.bend[0] + ahead * nav.bend[1])
+    force = rotated(body, (forward, accel[1] - bias[1], accel[2] - bias[2]))
     return Reading(body, rate, force, (sample.gyro_x, sample.gyro_y, sample.gyro_z), accel)
+
+
+def bend_shares(forward: float) -> tuple[float, float]:
+    """Return which share of each bend a forward reading [m/s^2] holds."""
+    share = min(max(forward / BEND_AT, -1.0), 1.0)
+    return max(-share, 0.0), max(share, 0.0)
 
 
 def body_rate(nav: Navigation, sample: CorrectedSample) -> Vector:
@@ -136,7 +160,7 @@ def body_rate(nav: Navigation, sample: CorrectedSample) -> Vector:
     gain, bias = nav.gyro_gain, nav.gyro_bias
     excess = nav.excess if gyro_saturated(sample) else 0.0
     return (
-        (1.0 + gain[0]) * sample.gyro_x - bias[0],
+        (1.0 + gain[0]) * sample.gyro_x - bias[0] + nav.gyro_cross * sample.gyro_z,
         (1.0 + gain[1]) * sample.gyro_y - bias[1] + excess,
         (1.0 + gain[2]) * sample.gyro_z - bias[2],
     )
@@ -157,7 +181,7 @@ def integrate(
     dt, v, p = sample.dt, nav.velocity, nav.position
     rate = body_rate(nav, sample)
     attitude = turned(nav.attitude, last.rate, rate, dt)
-    now = _reading(attitude, nav.accel_bias, rate, sample)
+    now = _reading(attitude, nav, rate, sample)
     before, after, half = last.force, now.force, 0.5 * dt
     gain_x = half * (before[0] + after[0])
     gain_y = half * (before[1] + after[1])
@@ -173,12 +197,15 @@ def integrate(
         attitude,
         (v[0] + gain_x, v[1] + gain_y, v[2] + gain_z),
         (p[0] * kept + step_x, p[1] * kept + step_y, p[2] * kept + step_z),
-        nav.distance + rolled,
+        nav.distance + (1.0 - nav.wheel_radius) * rolled,
         nav.gyro_bias,
         nav.gyro_gain,
         nav.accel_bias,
         nav.excess,
         nav.lever_up,
+        nav.wheel_radius,
+        nav.gyro_cross,
+        nav.bend,
     )
     return moved, now
 
@@ -191,11 +218,13 @@ def extend(window: Window, last: Reading, now: Reading, sample: CorrectedSample)
         saturated, known = dt, 0.0
     turn, push, t, p = window.turn, window.push, window.turn_noise, window.push_noise
     accel, before = now.accel, last.accel
+    back, ahead = bend_shares(accel[0])
     return Window(
         window.time + dt,
         window.saturated + saturated,
         (turn[0] + dt * gyro[0], turn[1] + dt * gyro[1], turn[2] + dt * gyro[2]),
         (push[0] + dt * force[0], push[1] + dt * force[1], push[2] + dt * force[2]),
+        (window.bend[0] + dt * back, window.bend[1] + dt * ahead),
         (
             t[0] + _turn_noise(sample.gyro_variance_x, gyro[0] - was[0], dt),
             t[1] + _turn_noise(known, gyro[1] - was[1], dt),
@@ -233,6 +262,9 @@ def repaired(nav: Navigation, error: Array) -> Navigation:
         _plus(nav.accel_bias, error, ACCEL_BIAS),
         nav.excess + float(error[EXCESS]),
         nav.lever_up + float(error[LEVER_UP]),
+        nav.wheel_radius + float(error[WHEEL_RADIUS]),
+        nav.gyro_cross + float(error[GYRO_CROSS]),
+        (nav.bend[0] + float(error[BEND]), nav.bend[1] + float(error[BEND + 1])),
     )
 
 
