@@ -10,6 +10,7 @@ ROOT = Path(__file__).resolve().parent  # colcon --symlink-install runs a link t
 VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_text()).group(1)
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
+CONTROL = ["control>=0.10"]
 DASK = ["distributed>=2023.12"]
 NOISE = ["allantools>=2024.4", "matplotlib>=3.8"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
@@ -19,6 +20,7 @@ TEST = [
     "filterpy>=1.4.5",
     "h5py>=3.10",
     "sympy>=1.12",
+    *CONTROL,
     *DASK,
     *NOISE,
     *REPORT,
@@ -60,6 +62,7 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "hardware": HARDWARE,
         "import": ["h5py>=3.10"],
+        "control": CONTROL,
         "dask": DASK,
         "noise": NOISE,
         "peers": ["vqf>=2.1"],

@@ -11,31 +11,38 @@ from typing import Annotated, NamedTuple
 
 from ..robot import Robot
 from .base import Bounds, ControlInput, Controller
-from .steering import Target, clamped, here, moved, split, turning_voltage
+from .steering import (
+    Target,
+    YawGain,
+    YawRateGain,
+    clamped,
+    here,
+    moved,
+    split,
+    turning_voltage,
+)
 
 
 class Parameters(NamedTuple):
     """Gains of both regulators and of the heading."""
 
-    tilt_gain: Annotated[float, Bounds(0.0, 500.0, "V/rad", "Voltage per tilt error")] = 22.0
+    tilt_gain: Annotated[float, Bounds(0.0, 500.0, "V/rad", "Voltage per tilt error")] = 40.0
     tilt_integral: Annotated[
         float, Bounds(0.0, 2000.0, "V/(rad s)", "Voltage per integral of the tilt error")
-    ] = 20.0
-    tilt_derivative: Annotated[float, Bounds(0.0, 100.0, "V s/rad", "Voltage per tilt rate")] = 2.7
-    speed_gain: Annotated[float, Bounds(0.0, 20.0, "rad s/m", "Lean per speed error")] = 0.85
+    ] = 50.0
+    tilt_derivative: Annotated[float, Bounds(0.0, 100.0, "V s/rad", "Voltage per tilt rate")] = 2.0
+    speed_gain: Annotated[float, Bounds(0.0, 20.0, "rad s/m", "Lean per speed error")] = 0.3
     speed_integral: Annotated[
         float, Bounds(0.0, 20.0, "rad/m", "Lean per distance from where the robot shall be")
-    ] = 0.16
+    ] = 0.05
     speed_derivative: Annotated[
         float, Bounds(0.0, 5.0, "rad s^2/m", "Lean per change of the speed error")
     ] = 0.0
     largest_lean: Annotated[
         float, Bounds(0.01, 1.0, "rad", "Largest tilt the speed regulator asks for")
     ] = 0.3
-    yaw_gain: Annotated[float, Bounds(0.0, 100.0, "V/rad", "Voltage per heading error")] = 3.0
-    yaw_rate_gain: Annotated[float, Bounds(0.0, 20.0, "V s/rad", "Voltage per yaw rate error")] = (
-        0.3
-    )
+    yaw_gain: YawGain = 3.0
+    yaw_rate_gain: YawRateGain = 0.3
 
 
 class Coefficients(NamedTuple):

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from .base import ControlInput
+from .base import Bounds, ControlInput
+
+YawGain = Annotated[
+    float, Bounds(0.0, 100.0, "V/rad", "Voltage per heading error, added right, taken off left")
+]
+YawRateGain = Annotated[float, Bounds(0.0, 20.0, "V s/rad", "Voltage per yaw rate error")]
 
 
 class Target(NamedTuple):

@@ -68,7 +68,7 @@ class BalanceSettings:
     ] = 0.5
     velocity_time_constant: Annotated[
         float, Bounds(0.0, 1.0, "s", "Low-pass of the speeds that the wheels give")
-    ] = 0.02
+    ] = 0.005
     largest_velocity: Annotated[
         float, Bounds(0.0, 10.0, "m/s", "Fastest speed a command may ask for")
     ] = 0.5
