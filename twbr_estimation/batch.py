@@ -218,6 +218,33 @@ def _correction_kernel() -> Any:
     return compiled(run, source_version(SOURCES), start, step)
 
 
+def sample_at(columns: Any, i: int) -> CorrectedSample:
+    """Return sample `i` of corrected columns, where compiled."""
+    return CorrectedSample(
+        columns[0, i],
+        columns[1, i],
+        columns[2, i],
+        columns[3, i],
+        columns[4, i],
+        columns[5, i],
+        columns[6, i],
+        columns[7, i],
+        columns[8, i],
+        columns[9, i],
+        columns[10, i],
+        columns[11, i],
+        columns[12, i],
+        columns[13, i],
+        columns[14, i],
+        columns[15, i],
+        columns[16, i],
+        columns[17, i],
+        columns[18, i],
+        columns[19, i],
+        columns[20, i],
+    )
+
+
 @cache
 def filter_kernel(entry: Filter) -> Any:
     """Return the compiled loop of a filter over corrected columns.
@@ -230,29 +257,7 @@ def filter_kernel(entry: Filter) -> Any:
 
     def run(columns: Any, first: int, coefficients: Any, state: Any, estimates: Any) -> Any:
         for i in range(first, columns.shape[1]):
-            sample = CorrectedSample(
-                columns[0, i],
-                columns[1, i],
-                columns[2, i],
-                columns[3, i],
-                columns[4, i],
-                columns[5, i],
-                columns[6, i],
-                columns[7, i],
-                columns[8, i],
-                columns[9, i],
-                columns[10, i],
-                columns[11, i],
-                columns[12, i],
-                columns[13, i],
-                columns[14, i],
-                columns[15, i],
-                columns[16, i],
-                columns[17, i],
-                columns[18, i],
-                columns[19, i],
-                columns[20, i],
-            )
+            sample = sample_at(columns, i)
             if sample.dt > RESTART_GAP:
                 bias = state.gyro_bias if with_bias else 0.0
                 fresh = TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0)
@@ -267,4 +272,4 @@ def filter_kernel(entry: Filter) -> Any:
                 estimates[3, i] = state.tilt_variance
         return state
 
-    return compiled(run, source_version(SOURCES), step, reset)
+    return compiled(run, source_version(SOURCES), sample_at, step, reset)

@@ -21,6 +21,8 @@ LARGEST_REFERENCE_GAP = 0.1
 """Reference samples further apart than this [s], and than five periods, are a gap."""
 LARGEST_TILT = 1e6
 """An estimate beyond it [rad] has diverged."""
+SMOOTHED = "smoothed"
+"""Name of the tilt that a whole recording gives with hindsight."""
 _GAP_PERIODS = 5.0
 _DELAY_ITERATIONS = 4
 _DELAY_SAMPLES = 5_000
@@ -73,6 +75,10 @@ class RecordingScore:
     """What had to be mended in the recording."""
     warnings: Sequence[str] = ()
     """What a user should know about these figures."""
+    reference: str = "encoder"
+    """What the errors refer to: the encoder, or SMOOTHED where the recording has none."""
+    smoothed_deviation_deg: float | None = None
+    """What the smoothed tilt may be off by its own account, rms [deg]; None without one."""
 
 
 class Association:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,16 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from . import batch
-from .bags import TopicNames, read_recording
+from .bags import TopicNames, read_recording, write_recording
 from .correction import SATURATION_MARGIN
 from .errors import ConfigurationError
-from .evaluation import Options, RecordingScore, score_recording
+from .evaluation import SMOOTHED, Options, RecordingScore, score_recording
 from .filters import filter_named, filters
 from .plausibility import doubts
 from .presets import preset
 from .recording import FloatArray, Recording, TiltTrack
 from .robot import CorrectionSettings, Setup
 from .settings import Settings
+from .smoothing import SMOOTHER, Progress, SmoothedTrack, smooth_recording
 from .yaml_files import read_settings, read_setup
 
 CONFIG_FOLDER = "config"
@@ -49,6 +52,8 @@ class Request:
     options: Options = field(default_factory=Options)
     loop_period: float = 0.0
     """Period [s] for which samples are combined before the filters; 0 takes each."""
+    smooth: bool = False
+    """Whether the recording is smoothed, as a reference where it has none, else beside it."""
 
     def chosen(self) -> tuple[str, ...]:
         """Return the filters to run.
@@ -121,21 +126,30 @@ class Run:
     warnings: tuple[str, ...]
     score: RecordingScore | None
     """None where the recording has no reference."""
+    smoothed: SmoothedTrack | None = None
+    """The tilt with hindsight, where it was asked for."""
 
 
-def run(path: Path, request: Request, *, reference: bool = True) -> Run:
+def run(
+    path: Path,
+    request: Request,
+    *,
+    reference: bool = True,
+    progress: Progress = lambda share: None,
+) -> Run:
     """Run the requested filters on a recording and score them where there is a reference.
 
     Args:
         path: the recording.
         request: what to run.
-        reference: whether the recording must have a reference.
+        reference: whether the recording must have a reference, or be smoothed.
+        progress: told how far the smoothing is.
 
     Raises:
         TwbrError: the recording or the configuration cannot be used.
     """
     chosen = request.chosen()
-    required = ("reference",) if reference else ()
+    required = ("reference",) if reference and not request.smooth else ()
     recording = read_recording(path, request.topics, request.estimators, required)
     loop = max(request.loop_period, recording.dt)
     setup, settings = configuration(path, loop, request.config, request.preset)
@@ -153,10 +167,37 @@ def run(path: Path, request: Request, *, reference: bool = True) -> Run:
         warnings += (
             f"{path}: no robot is described there and no --config given; {_DEFAULT_ROBOT}",
         )
-    score = None
+    smoothed, score = None, None
+    if request.smooth:
+        hindsight = {**settings.values.get(SMOOTHER, {}), **request.values.get(SMOOTHER, {})}
+        smoothed = smooth_recording(recording, setup, hindsight, progress)
+        if recording.reference is not None:
+            tracks[SMOOTHED] = smoothed.as_track()
+    if recording.reference is not None or smoothed is not None:
+        score = _score(recording, tracks, request.options, warnings, smoothed)
+    if recording.reference is None and smoothed is not None:
+        recording = replace(recording, reference=smoothed.as_track())
+    return Run(recording, setup, settings, values, tracks, warnings, score, smoothed)
+
+
+def _score(
+    recording: Recording,
+    tracks: Mapping[str, TiltTrack],
+    options: Options,
+    warnings: Sequence[str],
+    smoothed: SmoothedTrack | None,
+) -> RecordingScore:
+    """Compare with the encoder where there is one, else with the smoothed tilt."""
+    if smoothed is None:
+        return score_recording(recording, tracks, options, warnings)
+    stated = math.degrees(smoothed.deviation)
     if recording.reference is not None:
-        score = score_recording(recording, tracks, request.options, warnings)
-    return Run(recording, setup, settings, values, tracks, warnings, score)
+        score = score_recording(recording, tracks, options, warnings)
+        return replace(score, smoothed_deviation_deg=stated)
+    recording = replace(recording, reference=smoothed.as_track())
+    # Delay and offset are those of an encoder.
+    score = score_recording(recording, tracks, Options(skip=options.skip), warnings)
+    return replace(score, reference=SMOOTHED, smoothed_deviation_deg=stated)
 
 
 def evaluate(path: Path, request: Request) -> RecordingScore:
@@ -166,8 +207,26 @@ def evaluate(path: Path, request: Request) -> RecordingScore:
         TwbrError: the recording or the configuration cannot be used.
     """
     score = run(path, request).score
-    assert score is not None  # the reference was required
+    assert score is not None  # the reference was required, or made
     return score
+
+
+def save_with_reference(target: Path, source: Path, run: Run) -> None:
+    """Write a recording that had no reference once more, with its smoothed tilt as reference.
+
+    Args:
+        target: directory to create.
+        source: the recording; its own configuration is copied.
+        run: what was run on it.
+
+    Raises:
+        TwbrError: there is another reference, or the target cannot be written.
+    """
+    if run.smoothed is None or run.score is None or run.score.reference != SMOOTHED:
+        raise ConfigurationError(f"{source}: has a reference of its own; nothing is saved")
+    write_recording(target, run.recording)
+    if (source / CONFIG_FOLDER).is_dir():
+        shutil.copytree(source / CONFIG_FOLDER, target / CONFIG_FOLDER)
 
 
 def warnings_for(

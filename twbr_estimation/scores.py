@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from .errors import ConfigurationError
-from .evaluation import RecordingScore, as_json, mean_over
+from .evaluation import SMOOTHED, RecordingScore, as_json, mean_over
 
 _COLUMNS = (
     ("MSE\n[deg²]", "mse_deg2", "{:.4f}"),
@@ -69,6 +69,11 @@ def _print_recording(console: Console, entry: RecordingScore) -> None:
     left_out = max((score.left_out for score in entry.estimators.values()), default=0)
     if left_out:
         console.print(f"  {left_out} samples without a reference left out")
+    stated = entry.smoothed_deviation_deg
+    if stated is not None and entry.reference == SMOOTHED:
+        console.print(f"  reference: smoothed from the recording itself, +-{stated:.3f} deg")
+    elif stated is not None:
+        console.print(f"  smoothed: knows the whole recording; +-{stated:.3f} deg by its account")
     for repair, count in entry.repairs.items():
         console.print(f"  repaired: {escape(repair)}: {count}", soft_wrap=True)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from .offline import configuration
 from .presets import preset
 from .robot import CorrectionSettings
 from .settings import DT_TOLERANCE, Settings
+from .smoothing import SMOOTHER, smooth_recording
 from .tuning.correction import TunedCorrection, tune_correction
 from .tuning.filter import TunedFilter, TuningTask
 from .tuning.findings import saturation_warnings
@@ -33,6 +35,8 @@ START_PRESET = "table2"
 
 Report = Callable[[str, float], None]
 """Takes the name of what is tuned and its best figure so far [deg^2]."""
+Smoothing = Callable[[str, float], None]
+"""Takes the recording that is smoothed and the share that is done, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,8 @@ class TuningRequest:
     seed: int = 0
     thorough: bool = False
     """Whether filters of many parameters are searched globally, too."""
+    smooth: bool = False
+    """Whether recordings without a reference are smoothed to have one."""
 
     def chosen(self) -> tuple[str, ...]:
         """Return the filters to tune.
@@ -94,7 +100,12 @@ class TuningResult:
         return min(self.filters, key=lambda each: each.judged_mse_deg2, default=None)
 
 
-def tune(request: TuningRequest, workers: Workers, report: Report) -> TuningResult:
+def tune(
+    request: TuningRequest,
+    workers: Workers,
+    report: Report,
+    smoothing: Smoothing = lambda source, share: None,
+) -> TuningResult:
     """Tune first the correction's low-pass constants, then the filters.
 
     Ctrl-C ends the search and keeps the best so far.
@@ -103,7 +114,8 @@ def tune(request: TuningRequest, workers: Workers, report: Report) -> TuningResu
         TwbrError: recordings or configuration that cannot be used, or workers that fail.
     """
     names = request.chosen()
-    training, verification = _sets(request, request.training), _sets(request, request.verification)
+    training = _sets(request, request.training, smoothing)
+    verification = _sets(request, request.verification, smoothing)
     _require_different(training, verification)
     dt = _common_period([*training, *verification])
     tuned = None
@@ -135,12 +147,17 @@ def tune(request: TuningRequest, workers: Workers, report: Report) -> TuningResu
     )
 
 
-def _sets(request: TuningRequest, paths: Sequence[Path]) -> list[TuningSet]:
+def _sets(request: TuningRequest, paths: Sequence[Path], smoothing: Smoothing) -> list[TuningSet]:
     found = dict.fromkeys(bag for path in paths for bag in recordings_below(path))
     sets = []
     for bag in found:
-        recording = read_recording(bag, request.topics, required=("reference",))
-        setup, _ = configuration(bag, recording.dt, request.config, request.preset)
+        required = () if request.smooth else ("reference",)
+        recording = read_recording(bag, request.topics, required=required)
+        setup, settings = configuration(bag, recording.dt, request.config, request.preset)
+        if recording.reference is None:
+            values = settings.values.get(SMOOTHER, {})
+            track = smooth_recording(recording, setup, values, partial(smoothing, str(bag)))
+            recording = replace(recording, reference=track.as_track())
         sets.append(prepare(recording, setup, request.options))
     return sets
 

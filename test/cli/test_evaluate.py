@@ -185,3 +185,60 @@ def test_a_slower_loop_combines_the_samples(bags, capsys):
     assert combined["mse_deg2"] < 3.0 * each["mse_deg2"]
     assert main(["evaluate", str(bags[0]), "--loop-period", "-1"]) == 1
     assert "--loop-period: -1 s" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def without_encoder(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """One drive twice, with the robot's description: without and with reference encoder."""
+    simulated = simulate("W1", 0.005, 20.0, 6111)
+    folder = tmp_path_factory.mktemp("smooth")
+    for name, recording in (
+        ("without", replace(simulated.recording, reference=None, truth=None)),
+        ("with", simulated.recording),
+    ):
+        write_recording(folder / name, recording)
+        (folder / name / "config").mkdir()
+        write_section(folder / name / "config" / "robot.yaml", simulated.setup.robot)
+        write_section(folder / name / "config" / "calibration.yaml", simulated.setup.calibration)
+    return folder / "without", folder / "with"
+
+
+def test_smoothing_takes_the_place_of_the_encoder(without_encoder, capsys, tmp_path):
+    without, encoder = without_encoder
+    choice = ("--filter", "complementary", "--filter", "ins_odometer", "--smooth")
+    target = tmp_path / "figures.json"
+    saved = tmp_path / "saved"
+    arguments = [str(without), *choice, "--json", str(target), "--save-reference", str(saved)]
+    assert main(["evaluate", *arguments]) == 0
+    assert "reference: smoothed from the recording itself" in capsys.readouterr().out
+    (own,) = json.loads(target.read_text())["recordings"]
+    (true,) = evaluated(capsys, encoder, *choice)["recordings"]
+    assert own["reference"] == "smoothed"
+    assert true["reference"] == "encoder"
+    assert set(own["estimators"]) == {"complementary", "ins_odometer"}
+    assert set(true["estimators"]) == {"complementary", "ins_odometer", "smoothed"}
+    mse = true["estimators"]["smoothed"]["mse_deg2"]
+    assert mse < true["estimators"]["ins_odometer"]["mse_deg2"] < 0.2
+    assert own["smoothed_deviation_deg"] == true["smoothed_deviation_deg"]
+    assert 0.03 < own["smoothed_deviation_deg"] < 0.3
+    ours = own["estimators"]["complementary"]["mse_deg2"]
+    assert ours == pytest.approx(true["estimators"]["complementary"]["mse_deg2"], rel=0.25)
+
+    again = evaluated(capsys, saved, "--filter", "complementary")
+    (entry,) = again["recordings"]
+    assert entry["reference"] == "encoder"
+    assert entry["estimators"]["complementary"]["mse_deg2"] == pytest.approx(ours, rel=1e-6)
+
+
+def test_saving_a_reference_is_refused_where_it_makes_no_sense(without_encoder, capsys, tmp_path):
+    without, encoder = map(str, without_encoder)
+    new = str(tmp_path / "new")
+    for arguments, message in (
+        ([without, "--save-reference", new], "needs --smooth and a single recording"),
+        ([without, without, "--smooth", "--save-reference", new], "a single recording"),
+        ([without, "--smooth", "--save-reference", str(tmp_path)], "exists already"),
+        ([encoder, "--smooth", "--save-reference", new], "has a reference of its own"),
+    ):
+        assert main(["evaluate", *arguments, "--filter", "gyro"]) == 1
+        assert message in " ".join(capsys.readouterr().err.split())
+        assert not Path(new).exists()

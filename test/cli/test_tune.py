@@ -149,3 +149,22 @@ def test_ctrl_c_writes_the_best_so_far_and_says_so(
     assert provenance["interrupted"] is True
     assert provenance["complementary"]["interrupted"] is True
     assert set(read_settings(file).values) == {"complementary"}
+
+
+def test_a_smoothed_reference_tunes_like_the_encoder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = simulate("W1", 0.01, 30.0, 6121)
+    write_simulated(tmp_path / "with", drive)
+    bare = replace(drive, recording=replace(drive.recording, reference=None, truth=None))
+    write_simulated(tmp_path / "without", bare)
+    tuned = {}
+    for name, extra in (("with", []), ("without", ["--smooth"])):
+        target = tmp_path / f"{name}.yaml"
+        arguments = ["--keep-correction", "--filter", "complementary", "--jobs", "1", *extra]
+        assert main(["tune", str(tmp_path / name), "-o", str(target), *arguments]) == 0
+        tuned[name] = read_settings(target).values["complementary"]["time_constant"]
+    assert tuned["without"] == pytest.approx(tuned["with"], rel=0.1)
+    capsys.readouterr()
+    assert main(["tune", str(tmp_path / "without"), "-o", str(tmp_path / "no.yaml"), *TUNE]) == 1
+    assert "there is no topic '/reference/joint_states'" in capsys.readouterr().err

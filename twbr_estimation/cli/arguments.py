@@ -99,7 +99,17 @@ def add_request(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="combine the samples of S seconds for a slower loop; default: take each",
     )
+    add_smoothing(parser)
     add_comparison(parser)
+
+
+def add_smoothing(parser: argparse.ArgumentParser) -> None:
+    """Add that recordings are smoothed."""
+    parser.add_argument(
+        "--smooth",
+        action="store_true",
+        help="make a reference from the whole recording, with hindsight, where it has none",
+    )
 
 
 def request_of(arguments: argparse.Namespace) -> Request:
@@ -124,6 +134,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
         estimators=named_topics(arguments.estimator),
         options=comparison(arguments),
         loop_period=_loop_period(arguments.loop_period),
+        smooth=arguments.smooth,
     )
 
 

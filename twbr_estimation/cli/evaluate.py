@@ -11,8 +11,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from ..evaluation import RecordingScore
-from ..offline import Request, evaluate
+from ..errors import ConfigurationError
+from ..offline import Request, Run, save_with_reference
+from ..offline import run as run_on
 from ..scores import print_scores, write_scores
 from .arguments import add_request, request_of
 
@@ -26,29 +27,57 @@ def add_parser(subparsers: Any) -> None:
     )
     add_request(parser)
     parser.add_argument("--json", metavar="FILE", help="also write the figures; - for stdout")
+    parser.add_argument(
+        "--save-reference",
+        type=Path,
+        metavar="DIR",
+        help="with --smooth and one recording: write it once more, with the smoothed tilt as its "
+        "reference",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Evaluate, print the tables and write the JSON."""
     request = request_of(arguments)
-    scores = _evaluated(arguments.bags, request)
+    target = _target(arguments)
+    runs = _evaluated(arguments.bags, request)
+    scores = [each.score for each in runs if each.score is not None]
     quiet = arguments.json == "-"
     console = Console(stderr=quiet)
     print_scores(console, scores)
     if arguments.json is not None:
         write_scores(arguments.json, scores)
+    if target is not None:
+        save_with_reference(target, arguments.bags[0], runs[0])
+        console.print(f"wrote {escape(str(target))}", soft_wrap=True)
     return 0
 
 
-def _evaluated(bags: Sequence[Path], request: Request) -> list[RecordingScore]:
-    scores = []
+def _target(arguments: argparse.Namespace) -> Path | None:
+    """Return where to write the recording with its reference; known before the work."""
+    target: Path | None = arguments.save_reference
+    if target is None:
+        return None
+    if not arguments.smooth or len(arguments.bags) != 1:
+        raise ConfigurationError("--save-reference: needs --smooth and a single recording")
+    if target.exists():
+        raise ConfigurationError(f"--save-reference {target}: exists already")
+    return target
+
+
+def _evaluated(bags: Sequence[Path], request: Request) -> list[Run]:
+    runs = []
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("evaluating", total=len(bags))
-        for bag in bags:
+        for count, bag in enumerate(bags):
             progress.update(
                 task, description=f"evaluating {escape(str(bag))} (the first run compiles)"
             )
-            scores.append(evaluate(bag, request))
-            progress.advance(task)
-    return scores
+
+            def smoothed(share: float, done: int = count) -> None:
+                progress.update(task, completed=done + share)
+
+            runs.append(run_on(bag, request, progress=smoothed))
+            progress.update(task, completed=count + 1)
+    return runs

@@ -6,9 +6,10 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import datetime, timezone
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,14 @@ from ..tuner import Report, TuningRequest, TuningResult, tune, write_tuned
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
 from ..tuning.workers import LocalPool, ThisProcess, Workers
-from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
+from .arguments import (
+    add_comparison,
+    add_recordings,
+    add_settings,
+    add_smoothing,
+    comparison,
+    topic_names,
+)
 from .main import INTERRUPTED
 
 DEFAULT_OUTPUT = "filters.yaml"
@@ -70,6 +78,7 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help=f"search filters of more than {GLOBAL_PARAMETERS} parameters globally, too: minutes",
     )
+    add_smoothing(parser)
     add_settings(parser)
     add_comparison(parser)
     _add_run(parser)
@@ -108,8 +117,8 @@ def run(arguments: argparse.Namespace) -> int:
     if target.exists() and not arguments.overwrite:
         raise ConfigurationError(f"{target}: exists already; --overwrite replaces it")
     request = _request(arguments)
-    with workers_of(arguments) as workers, shown(console) as report:
-        result = tune(request, workers, report)
+    with workers_of(arguments) as workers, lines(console) as line:
+        result = tune(request, workers, partial(_best, line), partial(_smoothed, line))
     _print(Console(), result)
     if target.exists():
         console.print(f"replacing {escape(str(target))}")
@@ -133,6 +142,7 @@ def _request(arguments: argparse.Namespace) -> TuningRequest:
         options=comparison(arguments),
         seed=arguments.seed,
         thorough=arguments.thorough,
+        smooth=arguments.smooth,
     )
 
 
@@ -157,17 +167,35 @@ def workers_of(arguments: argparse.Namespace) -> Iterator[Workers]:
 @contextmanager
 def shown(console: Console) -> Iterator[Report]:
     """Show the best figure so far of everything that is being tuned."""
+    with lines(console) as line:
+        yield partial(_best, line)
+
+
+Line = Callable[[str, str], None]
+"""Shows what is being worked on and how far it is, a line each."""
+
+
+@contextmanager
+def lines(console: Console) -> Iterator[Line]:
+    """Show a line for everything that is being worked on."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
-        lines: dict[str, Any] = {}
+        tasks: dict[str, Any] = {}
 
-        def report(name: str, best: float) -> None:
-            text = f"{name}: best so far {best:.4g} deg²"
-            if name not in lines:
-                lines[name] = progress.add_task(text, total=None)
-            progress.update(lines[name], description=text)
+        def line(name: str, text: str) -> None:
+            if name not in tasks:
+                tasks[name] = progress.add_task("", total=None)
+            progress.update(tasks[name], description=escape(f"{name}: {text}"))
 
-        yield report
+        yield line
+
+
+def _best(line: Line, name: str, best: float) -> None:
+    line(name, f"best so far {best:.4g} deg²")
+
+
+def _smoothed(line: Line, source: str, share: float) -> None:
+    line(source, f"smoothed to {100.0 * share:.0f} %")
 
 
 def _provenance() -> dict[str, str]:

@@ -1,0 +1,70 @@
+"""The backward sweep: Rauch, Tung and Striebel's smoother over a block of windows.
+
+Rauch, Tung, Striebel 1965, Maximum likelihood estimates of linear dynamic systems; here on
+the errors of an inertial navigation that was repaired after every measurement.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..filters.error_state import STATES, Array
+
+TINY = 1e-12
+"""Added to the diagonal of the scaled covariance that is inverted."""
+
+
+class Later(NamedTuple):
+    """What a window knows with hindsight, for the one before it."""
+
+    prior: Array
+    """Covariance before its measurements, (s, s)."""
+    transition: Array
+    """From the error after the window before, (s, s)."""
+    found: Array
+    """Error of its state before the measurements, with hindsight, (s,)."""
+    covariance: Array
+    """Of that state, with hindsight, (s, s)."""
+
+
+def nothing_later() -> Later:
+    """Return what the end of a recording knows."""
+    zeros = np.zeros((STATES, STATES))
+    return Later(np.eye(STATES), zeros, np.zeros(STATES), zeros.copy())
+
+
+def step_back(
+    later: Later, prior: Array, posterior: Array, transition: Array, found: Array
+) -> tuple[Later, Array]:
+    """Go back by one window.
+
+    Args:
+        later: what the next window knows.
+        prior: of this window, (s, s).
+        posterior: (s, s).
+        transition: (s, s).
+        found: what its own measurements found, (s,).
+
+    Returns:
+        What this window knows, and the error of its state after its measurements, (s,).
+    """
+    gain = np.ascontiguousarray(_inverse_times(later.prior, later.transition @ posterior).T)
+    error = gain @ later.found
+    covariance = posterior + gain @ (later.covariance - later.prior) @ gain.T
+    covariance = 0.5 * (covariance + covariance.T)
+    return Later(prior, transition, found + error, covariance), error
+
+
+def _inverse_times(p: Array, right: Array) -> Array:
+    """Return P^-1 B for a covariance, whose entries without variance count as known."""
+    scale = np.ones(STATES)
+    for i in range(STATES):
+        if p[i, i] > 0.0:
+            scale[i] = 1.0 / np.sqrt(p[i, i])
+    column = scale.reshape(STATES, 1)
+    scaled = p * column * scale
+    for i in range(STATES):
+        scaled[i, i] = 1.0 + TINY if p[i, i] > 0.0 else 1.0
+    return column * np.linalg.solve(scaled, column * right)

@@ -1,0 +1,252 @@
+"""The forward pass of the smoother: the error-state filter of `ins_odometer`, written down.
+
+Navigation, covariance and measurements are those of the filter. What differs is that a slip
+opens the covariance before the measurement, as noise of the step, that biases are learnt at
+all times, because what they learn wrongly is undone, and that all a backward sweep needs is
+kept.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..filters.error_growth import propagated, transition
+from ..filters.error_state import (
+    ACCEL_BIAS,
+    DISTANCE,
+    EXCESS,
+    MOVING,
+    STATES,
+    Array,
+    forget,
+    observe,
+)
+from ..filters.ins_odometer import LOST, PERIOD, State, reset
+from ..filters.ins_parameters import Coefficients
+from ..filters.navigation import (
+    Navigation,
+    Reading,
+    Window,
+    empty_window,
+    extend,
+    gyro_saturated,
+    integrate,
+    read,
+    repaired,
+    share_kept,
+)
+from ..filters.odometer_aiding import (
+    EXCESS_TIME,
+    FIRST_DISTANCE,
+    ROOM_PERIOD,
+    Aiding,
+    beyond_gate,
+    drifted_excess,
+    estimate_excess,
+    observe_room,
+    observe_side,
+    rolled_distance,
+    watched,
+    wheel_slopes,
+)
+from ..filters.strapdown import Quaternion
+from ..samples import CorrectedSample, TiltEstimate
+
+
+class Pass(NamedTuple):
+    """What the forward pass carries from sample to sample."""
+
+    navigation: Navigation
+    last: Reading
+    window: Window
+    aiding: Aiding
+    covariance: Array
+    excess_kept: float
+    """Share of the excess rate's error that outlives the last update."""
+
+
+class Tape(NamedTuple):
+    """What the backward sweep needs of a block of m windows, s error states; filled in place."""
+
+    prior: Array
+    """Covariance before the measurements, (m, s, s)."""
+    posterior: Array
+    """Covariance after them, (m, s, s)."""
+    transition: Array
+    """From the error after the last window to this one's, (m, s, s); zero for a new start."""
+    found: Array
+    """Error that the measurements found, (m, s)."""
+
+
+def empty_tape(windows: int) -> Tape:
+    """Return a tape for so many windows."""
+    square = (windows, STATES, STATES)
+    return Tape(
+        np.empty(square),
+        np.empty(square),
+        np.empty(square),
+        np.empty((windows, STATES)),
+    )
+
+
+def started(state: State, tape: Tape, k: int) -> Pass:
+    """Begin with window `k` where a fresh filter begins."""
+    tape.prior[k] = tape.posterior[k] = state.covariance
+    tape.transition[k] = 0.0
+    tape.found[k] = 0.0
+    return Pass(
+        state.navigation, state.last, state.window, state.aiding, state.covariance.copy(), 0.0
+    )
+
+
+def advance(
+    state: Pass, sample: CorrectedSample, c: Coefficients, tape: Tape, k: int
+) -> tuple[Pass, Quaternion]:
+    """Integrate one sample; at the end of its window `k` compare and write down.
+
+    Args:
+        state: after the last sample.
+        sample: the new one.
+        c: the filter's coefficients.
+        tape: what is written.
+        k: window within the block.
+
+    Returns:
+        The state, whose window is empty where one ended, and the attitude before measurements.
+    """
+    last, was_saturated = state.last, state.aiding.saturated > 0.0
+    nav, now = integrate(state.navigation, last, sample, c.geometry.lever, c.room_time)
+    window = extend(state.window, last, now, sample)
+    aiding = watched(state.aiding, sample)
+    if window.time < PERIOD and was_saturated == gyro_saturated(sample):
+        waiting = Pass(nav, now, window, aiding, state.covariance, state.excess_kept)
+        return waiting, nav.attitude
+    compared = _compared(state, nav, now, window, aiding, sample, c, tape, k)
+    return compared, nav.attitude
+
+
+def _compared(
+    state: Pass,
+    nav: Navigation,
+    now: Reading,
+    window: Window,
+    aiding: Aiding,
+    sample: CorrectedSample,
+    c: Coefficients,
+    tape: Tape,
+    k: int,
+) -> Pass:
+    p = propagated(state.covariance, nav, now, window, c)
+    f = transition_of(nav, now, window, c, state.excess_kept)
+    if not p[0, 0] + p[1, 1] < LOST:
+        bias = nav.gyro_bias[1]
+        afresh = TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0)
+        return started(reset(afresh, sample, c), tape, k)
+    nav = _opened(nav, now, p, f, sample, aiding, c)
+    tape.prior[k], tape.transition[k] = p, f
+    error = np.zeros(STATES)
+    _observed(p, error, nav, now, sample, aiding, c)
+    tape.posterior[k], tape.found[k] = p, error
+    fixed = _carried(p, repaired(nav, error), window.time, sample, c)
+    saturated = gyro_saturated(sample)
+    return Pass(
+        fixed,
+        read(fixed, now.rate, sample),
+        empty_window(),
+        Aiding(
+            aiding.calm,
+            0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked,
+            1.0 if saturated else 0.0,
+            sample.wheel_count,
+            0.0,
+        ),
+        p,
+        math.exp(-window.time / EXCESS_TIME) if saturated else 0.0,
+    )
+
+
+def _carried(
+    p: Array, nav: Navigation, time: float, sample: CorrectedSample, c: Coefficients
+) -> Navigation:
+    """Let the accelerometer's bias fade and the rate beyond the range change over a window."""
+    change = np.zeros(STATES)
+    keep = share_kept(time, c.accel_bias_time)
+    for i in range(3):
+        change[ACCEL_BIAS + i] = (keep - 1.0) * nav.accel_bias[i]
+    change[EXCESS] = drifted_excess(p, nav.excess, time, sample) - nav.excess
+    return repaired(nav, change)
+
+
+def _opened(
+    nav: Navigation,
+    now: Reading,
+    p: Array,
+    f: Array,
+    sample: CorrectedSample,
+    aiding: Aiding,
+    c: Coefficients,
+) -> Navigation:
+    """Let the distance slip where the wheel disagrees, and begin it where wheels appear.
+
+    In the causal filter this is part of the measurement; here it must come before it.
+    """
+    geometry = c.geometry
+    if sample.wheel_count == 0.0:
+        return nav
+    residual = rolled_distance(nav, now, sample, geometry) - nav.distance
+    if sample.wheel_count != aiding.wheels:
+        forget(p, DISTANCE, FIRST_DISTANCE * FIRST_DISTANCE)
+        f[DISTANCE, :] = 0.0
+        change = np.zeros(STATES)
+        change[DISTANCE] = residual
+        return repaired(nav, change)
+    noise = geometry.wheel_noise * geometry.wheel_noise
+    p[DISTANCE, DISTANCE] += beyond_gate(p, wheel_slopes(nav, now, geometry), residual, noise)
+    return nav
+
+
+def _observed(
+    p: Array,
+    error: Array,
+    nav: Navigation,
+    now: Reading,
+    sample: CorrectedSample,
+    aiding: Aiding,
+    c: Coefficients,
+) -> None:
+    """Compare with everything that is known at this sample."""
+    if aiding.saturated > 0.0:
+        estimate_excess(p, error, nav, sample)
+    if sample.wheel_count > 0.0:
+        geometry = c.geometry
+        residual = rolled_distance(nav, now, sample, geometry) - nav.distance
+        noise = geometry.wheel_noise * geometry.wheel_noise
+        observe(p, error, wheel_slopes(nav, now, geometry), residual, noise, 1.0, 1.0)
+    if sample.wheel_count > 1.5:
+        observe_side(p, error, nav, now, 1.0, c.geometry)
+    if aiding.unchecked >= ROOM_PERIOD:
+        observe_room(p, error, nav, now, sample.wheel_count, 1.0, c.geometry.room)
+
+
+def transition_of(
+    nav: Navigation, now: Reading, window: Window, c: Coefficients, excess_kept: float
+) -> Array:
+    """Return how the error vector moves over a window: the F of `propagated`.
+
+    Args:
+        nav: at the end of the window.
+        now: its last reading.
+        window: its integrals.
+        c: the filter's coefficients.
+        excess_kept: share of the excess rate's error that outlived the update before.
+    """
+    f = np.eye(STATES)
+    f[:MOVING] += transition(nav, now, window, c)
+    keep = share_kept(window.time, c.accel_bias_time)
+    for i in range(3):
+        f[ACCEL_BIAS + i, ACCEL_BIAS + i] = keep
+    f[:, EXCESS] *= excess_kept
+    return f
