@@ -12,17 +12,11 @@ from ..samples import STANDARD_GRAVITY
 from .error_state import (
     ACCEL_BIAS,
     ATTITUDE,
-    BEND,
     DISTANCE,
-    EXCESS,
     GYRO_BIAS,
-    GYRO_CROSS,
-    GYRO_GAIN,
-    MOVING,
     POSITION,
-    STATES,
+    SOURCES,
     VELOCITY,
-    WHEEL_RADIUS,
     Array,
     advanced,
     fade,
@@ -36,34 +30,32 @@ SCALE_MEMORY = 0.1
 
 
 def transition(nav: Navigation, now: Reading, window: Window, c: Coefficients) -> Array:
-    """Return what a window adds to attitude, velocity, position and distance errors.
+    """Return how a window moves attitude, velocity, position and distance errors.
 
     Returns:
-        The first rows of the transition matrix, less the identity, (10, 25).
+        The entries of the transition matrix, less the identity, at `SOURCES`, (8, 10).
     """
     time, body, turn, push = window.time, now.body, window.turn, window.push
     forward, left = heading_of(body)
     leak = min(time / c.room_time, 1.0)
-    f = np.zeros((MOVING, STATES))
-    f[VELOCITY, ATTITUDE + 1], f[VELOCITY, ATTITUDE + 2] = push[2], -push[1]
-    f[VELOCITY + 1, ATTITUDE], f[VELOCITY + 1, ATTITUDE + 2] = -push[2], push[0]
-    f[VELOCITY + 2, ATTITUDE], f[VELOCITY + 2, ATTITUDE + 1] = push[1], -push[0]
-    f[DISTANCE, VELOCITY], f[DISTANCE, VELOCITY + 1] = time * forward, time * left
-    f[DISTANCE, ATTITUDE + 2] = time * (nav.velocity[1] * forward - nav.velocity[0] * left)
-    f[DISTANCE, WHEEL_RADIUS] = -time * (nav.velocity[0] * forward + nav.velocity[1] * left)
+    w = np.zeros(SOURCES.shape)
     for i in range(3):
-        f[POSITION + i, VELOCITY + i] = time
-        f[POSITION + i, POSITION + i] = -leak
-        f[ATTITUDE + i, EXCESS] = window.saturated * body[3 * i + 1]
-        f[ATTITUDE + i, GYRO_CROSS] = turn[2] * body[3 * i]
-        f[VELOCITY + i, BEND] = -window.bend[0] * body[3 * i]
-        f[VELOCITY + i, BEND + 1] = -window.bend[1] * body[3 * i]
-        for j in range(3):
-            along = body[3 * i + j]
-            f[ATTITUDE + i, GYRO_BIAS + j] = -time * along
-            f[ATTITUDE + i, GYRO_GAIN + j] = turn[j] * along
-            f[VELOCITY + i, ACCEL_BIAS + j] = -time * along
-    return f
+        x, y, z = body[3 * i], body[3 * i + 1], body[3 * i + 2]
+        to = ATTITUDE + i
+        w[0, to], w[1, to], w[2, to] = -time * x, -time * y, -time * z
+        w[3, to], w[4, to], w[5, to] = turn[0] * x, turn[1] * y, turn[2] * z
+        w[6, to], w[7, to] = window.saturated * y, turn[2] * x
+        to = VELOCITY + i
+        w[3, to], w[4, to], w[5, to] = -time * x, -time * y, -time * z
+        w[6, to], w[7, to] = -window.bend[0] * x, -window.bend[1] * x
+        w[0, POSITION + i], w[1, POSITION + i] = -leak, time
+    w[1, VELOCITY], w[2, VELOCITY] = push[2], -push[1]
+    w[0, VELOCITY + 1], w[2, VELOCITY + 1] = -push[2], push[0]
+    w[0, VELOCITY + 2], w[1, VELOCITY + 2] = push[1], -push[0]
+    w[0, DISTANCE], w[1, DISTANCE] = time * forward, time * left
+    w[2, DISTANCE] = time * (nav.velocity[1] * forward - nav.velocity[0] * left)
+    w[3, DISTANCE] = -time * (nav.velocity[0] * forward + nav.velocity[1] * left)
+    return w
 
 
 def propagated(

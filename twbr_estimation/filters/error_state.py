@@ -8,7 +8,8 @@ arrays they are given.
 
 Array operations are spelled twice: in few calls for the interpreter, and in loops for the
 compiler, which would allocate every intermediate. Both do the same operations on each element
-in the same order, so the results are the same to the last bit.
+in the same order, so the results are the same to the last bit. Loops over columns end where the
+array ends: the compiler makes vectors of them, where it would only unroll a known number.
 """
 
 from __future__ import annotations
@@ -34,58 +35,54 @@ MOVING = 10
 
 def _sources() -> NDArray[np.int64]:
     attitude, accel = range(ATTITUDE, ATTITUDE + 3), range(ACCEL_BIAS, ACCEL_BIAS + 3)
-    table = np.full((MOVING, 8), LEVER_UP)  # which moves nothing, where there is no other
-    table[ATTITUDE : ATTITUDE + 3] = [*range(GYRO_BIAS, GYRO_BIAS + 6), EXCESS, GYRO_CROSS]
-    table[VELOCITY : VELOCITY + 3] = [*attitude, *accel, BEND, BEND + 1]
-    table[POSITION : POSITION + 3, :2] = [[VELOCITY + i, POSITION + i] for i in range(3)]
-    table[DISTANCE, :4] = VELOCITY, VELOCITY + 1, ATTITUDE + 2, WHEEL_RADIUS
-    return table
+    rows = np.full((MOVING, 8), LEVER_UP)  # which moves nothing, where there is no other
+    rows[ATTITUDE : ATTITUDE + 3] = [*range(GYRO_BIAS, GYRO_BIAS + 6), EXCESS, GYRO_CROSS]
+    rows[VELOCITY : VELOCITY + 3] = [*attitude, *accel, BEND, BEND + 1]
+    rows[POSITION : POSITION + 3, :2] = [[POSITION + i, VELOCITY + i] for i in range(3)]
+    rows[DISTANCE, :4] = VELOCITY, VELOCITY + 1, ATTITUDE + 2, WHEEL_RADIUS
+    return np.ascontiguousarray(rows.T)
 
 
 SOURCES = _sources()
-"""What moves each of them over a window, (10, 8)."""
-_TERMS = SOURCES.shape[1]
-_ROWS = SOURCES.T.ravel()
-_PLACES = (np.arange(MOVING) * STATES + SOURCES.T).ravel()
+"""What moves each of them over a window: column by column, (8, 10)."""
+_TERMS = SOURCES.shape[0]
+_COUNTS = (SOURCES != LEVER_UP).sum(0)
+_ROWS = SOURCES.ravel()
 _BELOW = np.tri(MOVING, dtype=bool)
 
 
-def _advanced_in_loops(p: Array, f: Array) -> Array:
-    w = np.empty(SOURCES.shape)
+def _advanced_in_loops(p: Array, weights: Array) -> Array:
+    size = p.shape[0]
+    q = np.empty((size, size))
     for i in range(MOVING):
-        for k in range(_TERMS):
-            w[i, k] = f[i, SOURCES[i, k]]
-    q = np.empty((STATES, STATES))
-    for i in range(MOVING):
-        for j in range(STATES):
+        for j in range(size):
             total = 0.0
             for k in range(_TERMS):
-                total += w[i, k] * p[SOURCES[i, k], j]
+                total += weights[k, i] * p[SOURCES[k, i], j]
             q[i, j] = p[i, j] + total
     for j in range(MOVING - 1, -1, -1):  # in place: what moves an entry stands before it
         for i in range(j + 1):
             total = 0.0
-            for k in range(_TERMS):
-                total += w[j, k] * q[i, SOURCES[j, k]]
+            for k in range(_COUNTS[j]):
+                total += weights[k, j] * q[i, SOURCES[k, j]]
             q[i, j] += total
     for i in range(MOVING):
-        for j in range(i + 1, STATES):
+        for j in range(i + 1, size):
             q[j, i] = q[i, j]
-    for i in range(MOVING, STATES):
-        for j in range(MOVING, STATES):
+    for i in range(MOVING, size):
+        for j in range(MOVING, size):
             q[i, j] = p[i, j]
     return q
 
 
 @compiled_as(_advanced_in_loops)
-def advanced(p: Array, f: Array) -> Array:
+def advanced(p: Array, weights: Array) -> Array:
     """Return the covariance one window later, (I + F) P (I + F)'.
 
     Args:
         p: covariance, (25, 25), symmetric.
-        f: what the window adds to the first entries, (10, 25); zero but for `SOURCES`.
+        weights: the entries of F that `SOURCES` names, (8, 10).
     """
-    weights = f.take(_PLACES)
     moved = weights.repeat(STATES).reshape(_TERMS, MOVING, STATES)
     moved *= p.take(_ROWS, 0).reshape(_TERMS, MOVING, STATES)
     rows = p[:MOVING] + np.add.reduce(moved, 0)
@@ -113,27 +110,29 @@ def _observe_in_loops(
 ) -> None:
     i, j, k, l = h.at
     a, b, c, d = h.by
-    work = np.empty((3, STATES))
+    size = p.shape[0]
+    work = np.empty((3, size))
     spread, gain, rest = work[0], work[1], work[2]
-    for n in range(STATES):
+    for n in range(size):
         spread[n] = a * p[i, n] + b * p[j, n] + c * p[k, n] + d * p[l, n]
     scatter = variance + (a * spread[i] + b * spread[j] + c * spread[k] + d * spread[l])
-    expected = a * error[i] + b * error[j] + c * error[k] + d * error[l]
+    surprise = residual - (a * error[i] + b * error[j] + c * error[k] + d * error[l])
     inverse, half = 1.0 / scatter, 0.5 * scatter
-    for n in range(STATES):
+    for n in range(size):
         gain[n] = spread[n] * inverse
     for n in range(GYRO_BIAS, EXCESS):
         gain[n] *= slow
     for n in range(GYRO_GAIN, ACCEL_BIAS):
         gain[n] *= gains
-    for n in range(LEVER_UP, STATES):
+    for n in range(LEVER_UP, size):
         gain[n] *= slow
-    for n in range(STATES):
-        error[n] += (residual - expected) * gain[n]
+    for n in range(size):
+        error[n] += surprise * gain[n]
         rest[n] = spread[n] - half * gain[n]
-    for m in range(STATES):
-        for n in range(STATES):
-            p[m, n] -= gain[m] * rest[n] + rest[m] * gain[n]
+    for m in range(size):
+        x, y = gain[m], rest[m]
+        for n in range(size):
+            p[m, n] -= x * rest[n] + y * gain[n]
 
 
 @compiled_as(_observe_in_loops)
@@ -166,13 +165,13 @@ def observe(
     at = spread.item
     scatter = variance + (a * at(i) + b * at(j) + c * at(k) + d * at(l))
     at = error.item
-    expected = a * at(i) + b * at(j) + c * at(k) + d * at(l)
+    surprise = residual - (a * at(i) + b * at(j) + c * at(k) + d * at(l))
     gain = spread * (1.0 / scatter)
     if slow != 1.0 or gains != 1.0:
         gain[GYRO_BIAS:EXCESS] *= slow
         gain[GYRO_GAIN:ACCEL_BIAS] *= gains
         gain[LEVER_UP:] *= slow
-    error += (residual - expected) * gain
+    error += surprise * gain
     spread -= (0.5 * scatter) * gain
     # Each element is one product, so that BLAS rounds it as anybody does.
     both = np.dot(gain.reshape(STATES, 1), spread.reshape(1, STATES))
