@@ -41,6 +41,7 @@ class SimulatedTopics:
         """
         self.graph, self.robot, self._perfect, self._joints = graph, robot, perfect, joints
         self._voltages = voltages or (lambda values, _: values)
+        self._last = robot.reading
         create = graph.probe.create_publisher
         self._clock = create(Clock, "/clock", DEPTH)
         self._raw = create(Imu, "imu/data_raw", DEPTH)
@@ -58,7 +59,7 @@ class SimulatedTopics:
         clock.clock.sec, clock.clock.nanosec = divmod(reading.stamp, 10**9)
         self._clock.publish(clock)
         wheels = [reading.wheels[min(i, len(reading.wheels) - 1)] for i in range(len(self._joints))]
-        states = JointState(name=list(self._joints), position=wheels)
+        states = JointState(name=list(self._joints), position=wheels, velocity=self._rates(reading))
         set_stamp(states, reading.stamp)
         self._states.publish(states)
         raw = Imu()
@@ -74,26 +75,32 @@ class SimulatedTopics:
             perfect.angular_velocity.y = reading.truth.rate
             self._imu.publish(perfect)
 
+    def _rates(self, reading: Reading) -> list[float]:
+        last, self._last = self._last, reading
+        dt = (reading.stamp - last.stamp) * 1e-9
+        mean = (reading.wheels[0] - last.wheels[0]) / dt if dt > 0.0 else 0.0
+        return [mean] * len(self._joints)
+
     def run(self, seconds: float, period: float = 0.005, wait: bool = True) -> list[float]:
         """Move on, one command a period; return the true tilts [rad].
 
         Args:
             seconds: How long.
-            period: Of the commands [s]; the robot must be read once in it.
+            period: Of the commands [s]; a multiple of the robot's own.
             wait: Whether each period's command is waited for.
         """
         tilts = []
         for _ in range(round(seconds / period)):
             last = self.commands[-1] if self.commands else (0.0, 0.0)
             left, right = self._voltages(last, self.robot.reading)
-            (reading,) = self.robot.advance((left, right), period)
             count = len(self.commands)
-            self.publish(reading)
+            for reading in self.robot.advance((left, right), period):
+                self.publish(reading)
+                tilts.append(reading.truth.tilt)
             if wait:
                 self.graph.spin_until(lambda count=count: len(self.commands) > count)
             else:
                 self.graph.executor.spin_once(timeout_sec=0.0)
-            tilts.append(reading.truth.tilt)
         return tilts
 
 

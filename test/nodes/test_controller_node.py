@@ -31,8 +31,9 @@ def controller_in(graph: Any, **parameters: Any) -> ControllerNode:
     return graph.add(ControllerNode(**graph.options(**given)))
 
 
-def robot_in(graph: Any, world: str = "ideal", **options: Any) -> SimulatedTopics:
-    robot = SimulatedRobot(world, 5, 0.005, disturbed=False, stay_down=True)
+def robot_in(graph: Any, delay: float = 0.005, **options: Any) -> SimulatedTopics:
+    """Add a robot whose motors follow `delay` [s] after the step, as computing takes time."""
+    robot = SimulatedRobot("ideal", 5, 0.005, disturbed=False, stay_down=True, command_delay=delay)
     robot.place(0.02)  # at rest upright nothing would happen
     return SimulatedTopics(graph, robot, perfect=True, **options)
 
@@ -234,7 +235,7 @@ def test_torques_balance_as_well(graph: Any) -> None:
         emf = plant.back_emf_constant * plant.gear_ratio * wheel
         return tuple(each / gain + emf for each in torques)
 
-    robot = robot_in(graph, command="motor/torque", voltages=voltages)
+    robot = robot_in(graph, 0.0, command="motor/torque", voltages=voltages)
     graph.settle()
     robot.run(0.5)
     robot.robot.push(4.0)

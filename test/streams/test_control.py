@@ -36,7 +36,9 @@ class Loop:
     """A robot without sensor errors, and a stream that is told its true tilt."""
 
     def __init__(self, robot: SimulatedRobot | None = None, **settings: object) -> None:
-        self.robot = robot or SimulatedRobot("ideal", 3, 0.005, disturbed=False, stay_down=True)
+        self.robot = robot or SimulatedRobot(
+            "ideal", 3, 0.005, disturbed=False, stay_down=True, command_delay=0.005
+        )
         self.stream = ControlStream(configured(**settings))
         self.voltages = NO_VOLTAGE
         self.given: list[tuple[float, float]] = []

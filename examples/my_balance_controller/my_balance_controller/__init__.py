@@ -1,0 +1,1 @@
+"""Balance controllers to copy."""

@@ -1,0 +1,59 @@
+"""Balance on `tilt` and `joint_states`: a number, and the wheels."""
+
+import rclpy
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray
+
+RADIUS = 0.0375  # of a wheel [m]
+POSITION, VELOCITY, TILT, RATE = 3.6, 18.8, 22.0, 2.7  # gains, in V per m, m/s, rad, rad/s
+LIMIT, FALLEN, TIMEOUT = 12.0, 0.6, 0.1  # V, rad, s
+SMOOTHING = 0.01  # of what is differentiated [s]
+
+
+class BalanceOnTilt(Node):
+    """Full state feedback; position and speed hold the robot where it was stood up."""
+
+    def __init__(self, **options):
+        super().__init__("balance_on_tilt", **options)
+        self.time = self.tilt = self.rate = self.position = self.velocity = self.start = 0.0
+        self.wheel = None
+        self.motors = self.create_publisher(Float64MultiArray, "motor/command", 10)
+        self.create_subscription(JointState, "joint_states", self.on_wheels, 10)
+        self.create_subscription(Float64, "tilt", self.on_tilt, 10)
+        self.create_timer(0.05, self.watch)
+
+    def on_wheels(self, message):
+        wheels = [i for i, name in enumerate(message.name) if "wheel" in name]
+        if wheels:
+            self.wheel = sum(message.position[i] for i in wheels) / len(wheels)
+
+    def on_tilt(self, message):
+        now = self.get_clock().now().nanoseconds * 1e-9
+        dt, self.time = now - self.time, now
+        if self.wheel is None or dt <= 0.0:
+            return
+        tilt = message.data
+        position = RADIUS * (self.wheel + tilt)  # the encoder turns with the body
+        if abs(tilt) > FALLEN or dt > TIMEOUT:
+            self.rate, self.velocity, self.start = 0.0, 0.0, position
+        else:
+            share = dt / (SMOOTHING + dt)
+            self.rate += share * ((tilt - self.tilt) / dt - self.rate)
+            self.velocity += share * ((position - self.position) / dt - self.velocity)
+        self.tilt, self.position = tilt, position
+        moved = POSITION * (position - self.start) + VELOCITY * self.velocity
+        self.drive(moved + TILT * tilt + RATE * self.rate if abs(tilt) <= FALLEN else 0.0)
+
+    def watch(self):  # stop the motors when no tilt comes any more
+        if self.get_clock().now().nanoseconds * 1e-9 - self.time > TIMEOUT:
+            self.drive(0.0)
+
+    def drive(self, voltage):
+        voltage = min(max(voltage, -LIMIT), LIMIT)
+        self.motors.publish(Float64MultiArray(data=[voltage, voltage]))
+
+
+def main():
+    rclpy.init()
+    rclpy.spin(BalanceOnTilt())
