@@ -1,4 +1,4 @@
-"""`twbr reproduce table2`: the paper's tables and figures on the simulated rig."""
+"""`twbr reproduce table2`: the papers' tables and figures on simulated robots."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..errors import ConfigurationError
-from ..reproduction import PARTS, Plan, reproduce
+from ..reproduction import DRAWN, PARTS, Plan, reproduce
 from ..reproduction.page import PrintedTable, markdown, tables
 from ..simulation import WORLDS, world_named
 from .tune import add_workers, shown, workers_of
@@ -24,8 +24,9 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "reproduce",
-        help="the tables and figures of Laddach 2022 on the simulated rig",
-        description="Do the experiments of Laddach 2022 again on simulated drives: ours beside "
+        help="the tables and figures of Laddach 2022 and Chudzik 2021, simulated",
+        description="Do the experiments of Laddach 2022, and those on the stand of Chudzik 2021, "
+        "again in simulation: ours beside "
         "the printed figures. Nothing is tuned on the drives that are reported.",
     )
     parser.add_argument(
@@ -33,7 +34,8 @@ def add_parser(subparsers: Any) -> None:
         nargs="+",
         choices=(*PARTS, "all"),
         metavar="PART",
-        help=f"{', '.join(PARTS)} (why figures differ), or all",
+        help=f"{', '.join(PARTS)}, or all; causes: why figures differ, stand: Figs 6 to 10 of "
+        "Chudzik 2021, in a world of its own",
     )
     parser.add_argument(
         "--seeds", type=int, default=5, metavar="N", help="drives to report; default: %(default)s"
@@ -43,7 +45,12 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--markdown", type=Path, metavar="FILE", help="also write the page of `all`"
     )
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="draw Fig. 12 as PNG")
+    parser.add_argument(
+        "--plot",
+        type=Path,
+        metavar="FILE",
+        help=f"draw {' or '.join(DRAWN)} as PNG; for both, the part's name is put into FILE",
+    )
     add_workers(parser)
     parser.set_defaults(run=run)
 
@@ -56,7 +63,11 @@ def run(arguments: argparse.Namespace) -> int:
     plan = Plan(arguments.seeds, world_named(arguments.world))
     with workers_of(arguments) as workers, shown(Console(stderr=True)) as report:
         document = reproduce(
-            parts, plan, workers, lambda name, best, _: report(name, best), arguments.plot
+            parts,
+            plan,
+            workers,
+            lambda name, best, _: report(name, best),
+            _pictures(parts, arguments.plot),
         )
     quiet = arguments.json == "-"
     _print(Console(stderr=quiet), tables(document))
@@ -65,6 +76,18 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.markdown is not None:
         _write(str(arguments.markdown), markdown(document))
     return 0
+
+
+def _pictures(parts: Sequence[str], path: Path | None) -> dict[str, Path]:
+    """Return the file of each part that is drawn."""
+    drawn = [part for part in parts if part in DRAWN]
+    if path is None:
+        return {}
+    if not drawn:
+        raise ConfigurationError(f"--plot: nothing to draw; there are: {', '.join(DRAWN)}")
+    if len(drawn) == 1:
+        return {drawn[0]: path}
+    return {part: path.with_stem(f"{path.stem}_{part}") for part in drawn}
 
 
 def _print(console: Console, found: Sequence[PrintedTable]) -> None:

@@ -32,7 +32,8 @@ def add_parser(subparsers: Any) -> None:
         "--scene",
         choices=tuple(SCENES),
         default="drive",
-        help="drive through disturbances, stand still, or be held at angles; default: drive",
+        help="drive through disturbances, stand still, or be held at angles; or, without wheels, "
+        "the stand of Chudzik 2021: static, vibrating, pendulum, jerking; default: drive",
     )
     parser.add_argument(
         "--dt", type=float, default=0.002, metavar="SECONDS", help="default: %(default)s"

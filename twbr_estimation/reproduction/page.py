@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from .remarks import INTRODUCTION, REMARKS
+from .stand import SCENES
 
 Document = Mapping[str, Any]
 
@@ -251,12 +252,36 @@ def _gyro_gain(rows: Iterable[Document]) -> PrintedTable:
     )
 
 
+def _stand(figures: Document) -> PrintedTable:
+    rows: dict[tuple[str, str], dict[str, Document]] = {}
+    for row in figures["rows"]:
+        rows.setdefault((row["estimator"], row["setting"]), {})[row["scene"]] = row
+    found = [
+        (
+            estimator,
+            setting,
+            *_numbers(*(each["rmse_deg"] for each in scenes.values())),
+            *_numbers(scenes["jerking"]["largest_deg"], 1e3 * scenes["pendulum"]["delay_s"]),
+        )
+        for (estimator, setting), scenes in rows.items()
+    ]
+    headings = (
+        "estimator",
+        "setting",
+        *(f"Fig. {number}, {scene}" for scene, number in SCENES.items()),
+        "largest error, jerking",
+        "delay, pendulum [ms]",
+    )
+    return PrintedTable("Chudzik 2021, Figs 6 to 10: rms error on the stand [deg]", headings, found)
+
+
 _TABLES: Mapping[str, Callable[[Any], PrintedTable]] = {
     "table1": _table1,
     "table2": _table2,
     "fig9": _fig9,
     "fig11": _fig11,
     "fig12": _fig12,
+    "stand": _stand,
 }
 
 _CAUSES: Mapping[str, Callable[[Any], PrintedTable]] = {

@@ -1,4 +1,4 @@
-"""The figures that Laddach 2022 prints; its parameters are the preset `table2`."""
+"""The figures that the papers print; Laddach 2022's parameters are the preset `table2`."""
 
 from __future__ import annotations
 
@@ -76,3 +76,8 @@ ANGLE_SNR_DB = 6.3
 """Text on Fig. 11: motion over noise of the corrected angle."""
 FIGURE_12 = ("alpha_beta_wb", 0.01)
 """Filter and period of Fig. 12."""
+
+STAND_ACCELEROMETER_DEG = 1.25
+"""Chudzik 2021, text on Fig. 7: standard deviation of the accelerometer's angle [deg]."""
+STAND_UNCERTAINTY_DEG = 1.0
+"""Chudzik 2021, section II: the uncertainty that a stable vehicle asks for [deg]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +11,13 @@ from ..tuning.workers import Report, Workers
 from .causes import causes
 from .drives import LARGEST_SEEDS, TRAINING_SEEDS, Plan
 from .figures import noise_spectra, one_drive, scale_errors
+from .stand import stand
 from .tables import table1, table2
 
-PARTS = ("table1", "table2", "fig9", "fig11", "fig12", "causes")
-"""What can be done again; `fig9` stands for Figs 9 and 10."""
+PARTS = ("table1", "table2", "fig9", "fig11", "fig12", "causes", "stand")
+"""What can be done again; `fig9` stands for Figs 9 and 10, `stand` for Chudzik 2021."""
+DRAWN = ("fig12", "stand")
+"""What can be drawn."""
 
 
 def reproduce(
@@ -22,7 +25,7 @@ def reproduce(
     plan: Plan,
     workers: Workers,
     report: Report,
-    picture: Path | None = None,
+    pictures: Mapping[str, Path] | None = None,
 ) -> dict[str, Any]:
     """Do the experiments again.
 
@@ -31,7 +34,7 @@ def reproduce(
         plan: on which drives.
         workers: who tunes.
         report: called with what improves.
-        picture: file for Fig. 12.
+        pictures: files to draw into by part, one of `DRAWN`.
 
     Returns:
         The plan, and the figures by part, printed beside ours.
@@ -41,13 +44,15 @@ def reproduce(
     """
     if not 1 <= plan.seeds <= LARGEST_SEEDS:
         raise ConfigurationError(f"seeds: {plan.seeds} is outside [1, {LARGEST_SEEDS}]")
+    drawn = pictures or {}
     experiments: dict[str, Callable[[], Any]] = {
         "table1": lambda: table1(plan, report),
         "table2": lambda: table2(plan, workers, report),
         "fig9": lambda: scale_errors(plan),
         "fig11": lambda: noise_spectra(plan),
-        "fig12": lambda: one_drive(plan, picture),
+        "fig12": lambda: one_drive(plan, drawn.get("fig12")),
         "causes": lambda: causes(plan, workers, report),
+        "stand": lambda: stand(plan, workers, report, drawn.get("stand")),
     }
     document: dict[str, Any] = {
         "world": plan.world.name,

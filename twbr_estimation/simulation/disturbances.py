@@ -104,7 +104,7 @@ def disturb(world: World, steps: int, seed: int) -> Disturbances:
         target=world.push_factor * smoothed(target, world.command_smoothing),
         target_speed=world.push_factor * smoothed(target_speed, world.command_smoothing),
         bump=rough * _bumps(stream(seed, "bump"), steps),
-        vibration=rough * _vibration(stream(seed, "vibration"), steps),
+        vibration=rough * vibration(stream(seed, "vibration"), steps),
         slip=SLIP_SPEED
         * half_sines(stream(seed, "slip"), steps, world.slips_per_second, SLIP_SECONDS),
     )
@@ -200,7 +200,7 @@ def _bumps(random: np.random.Generator, steps: int) -> FloatArray:
     return np.asarray(lfilter([math.sqrt(1.0 - keep * keep)], [1.0, -keep], white))
 
 
-def _vibration(random: np.random.Generator, steps: int) -> FloatArray:
+def vibration(random: np.random.Generator, steps: int) -> FloatArray:
     """Return noise through the frame's resonances, unit rms on each axis."""
     from scipy.signal import lfilter
 

@@ -131,8 +131,8 @@ def step(
         origin,
         obstacle,
         state.falls + (1 if stopped and not coasting else 0),
-        _rung(state.ring_forward, shock + 2.0 * jerk),
-        _rung(state.ring_up, 0.5 * (jerk - shock)),
+        rung(state.ring_forward, shock + 2.0 * jerk),
+        rung(state.ring_up, 0.5 * (jerk - shock)),
     )
 
 
@@ -162,7 +162,7 @@ def _held(state: RigState, plant: PlantState, stopped: bool) -> tuple[int, float
     return state.mode, state.timer, state.origin
 
 
-def _rung(ring: Ring, shock: float) -> Ring:
+def rung(ring: Ring, shock: float) -> Ring:
     """Return a ring one step later, exactly for the free oscillation."""
     damping = RING_DAMPING * RING_FREQUENCY
     turn = RING_FREQUENCY * math.sqrt(1.0 - RING_DAMPING * RING_DAMPING)
@@ -175,7 +175,7 @@ def _rung(ring: Ring, shock: float) -> Ring:
     )
 
 
-def _ring_acceleration(ring: Ring) -> float:
+def ring_acceleration(ring: Ring) -> float:
     """Return the acceleration of a ring [m/s^2]."""
     stiffness = RING_FREQUENCY * RING_FREQUENCY * ring.displacement
     return -stiffness - 2.0 * RING_DAMPING * RING_FREQUENCY * ring.velocity
@@ -197,9 +197,9 @@ def motion_of(state: RigState, acting: Loads, voltage: float, vibration: Triple)
         moving.tilt,
         moving.rate,
         acting.gravity - STANDARD_GRAVITY,
-        level * vibration[0] + _ring_acceleration(state.ring_forward),
+        level * vibration[0] + ring_acceleration(state.ring_forward),
         level * vibration[1],
-        level * vibration[2] + _ring_acceleration(state.ring_up),
+        level * vibration[2] + ring_acceleration(state.ring_up),
         state.wheel_travel,
     )
 

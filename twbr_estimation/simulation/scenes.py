@@ -1,4 +1,4 @@
-"""What the robot does in a simulation: drive, stand still, or be held at angles."""
+"""What the robot does in a simulation, or the sensor on the stand of Chudzik 2021."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from ..plants.laddach2022 import PlantParameters
 from ..recording import FloatArray
+from . import stand
 from .balance import balance_gains
 from .disturbances import STEP, disturb
 from .loops import drive
@@ -33,6 +34,8 @@ class Performed(NamedTuple):
     falls: int
     turning: Turning | None = None
     """What is added to the planar motion, in a world with turns."""
+    wheels: bool = True
+    """Whether there are wheels to be counted."""
 
 
 def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
@@ -67,7 +70,35 @@ def _poses(world: World, plant: PlantParameters, steps: int, seed: int) -> Perfo
     return Performed(motion, 0)
 
 
+def _static(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    del world, plant, seed
+    return Performed(stand.static(steps), 0, wheels=False)
+
+
+def _vibrating(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    del plant
+    return Performed(stand.vibrating(world, steps, seed), 0, wheels=False)
+
+
+def _pendulum(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    del world, plant
+    return Performed(stand.pendulum(steps, seed), 0, wheels=False)
+
+
+def _jerking(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
+    del world, plant
+    return Performed(stand.jerking(steps, seed), 0, wheels=False)
+
+
 SCENES: Mapping[str, Callable[[World, PlantParameters, int, int], Performed]] = MappingProxyType(
-    {"drive": _drive, "still": _still, "poses": _poses}
+    {
+        "drive": _drive,
+        "still": _still,
+        "poses": _poses,
+        "static": _static,
+        "vibrating": _vibrating,
+        "pendulum": _pendulum,
+        "jerking": _jerking,
+    }
 )
 """Scenes by name; each takes world, plant, number of steps and seed."""

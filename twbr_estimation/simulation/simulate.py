@@ -20,8 +20,6 @@ from .worlds import World, world_named
 
 WHEEL_COUNTS = 1320
 """Counts of the wheel encoder in one turn of the wheel."""
-REFERENCE_COUNTS = 2000
-"""Counts of the reference encoder in one turn of the robot."""
 FIRST_STAMP = 1_000_000_000
 """Stamp of the first sample [ns]."""
 
@@ -92,7 +90,8 @@ def _sampling(dt: float, duration: float) -> tuple[int, int]:
 def setups_of(world: World, seed: int, robot: Robot | None = None) -> tuple[Setup, Setup]:
     """Return the setup the estimator is told, and the true one; signs vary by seed."""
     signs = stream(seed, "geometry").choice([-1.0, 1.0], 4).tolist()
-    told = replace(robot or Robot(), track_width=world.track_width, gyro_delay=world.gyro_lag)
+    usual = Robot(lever_arm=(0.0, 0.0, world.lever_arm))
+    told = replace(robot or usual, track_width=world.track_width, gyro_delay=world.gyro_lag)
     arm = told.lever_arm
     true = replace(
         told,
@@ -152,12 +151,13 @@ def _recording(
     if world.digital:
         zeros = stream(seed, "encoders").uniform(0.0, 1.0, wheels.shape[1])
         wheels = quantised(wheels, WHEEL_COUNTS, zeros)
-        reference = quantised(tilt, REFERENCE_COUNTS, 0.5)
+        reference = quantised(tilt, world.reference_counts, 0.5)
+    seldom = max(round(world.reference_period / (every * STEP)), 1)
     return Recording(
         source=source,
         imu=imu,
-        wheels=WheelTrack(imu.stamps, wheels),
-        reference=TiltTrack(imu.stamps, reference),
+        wheels=WheelTrack(imu.stamps, wheels) if performed.wheels else None,
+        reference=TiltTrack(imu.stamps[::seldom].copy(), reference[::seldom].copy()),
         truth=TiltTrack(imu.stamps, tilt, sampled[:, 2].copy()),
     )
 

@@ -22,7 +22,7 @@ from .disturbances import STEP, disturb, gyro_drift, stream
 from .rig import BALANCING, LYING, LYING_SECONDS, Inputs, RigState, stretch
 from .senses import PlanarSenses, Senses, SpatialSenses
 from .sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
-from .simulate import FIRST_STAMP, REFERENCE_COUNTS, WHEEL_COUNTS, setups_of
+from .simulate import FIRST_STAMP, WHEEL_COUNTS, setups_of
 from .turning import straight, turning
 from .worlds import World, world_named
 
@@ -264,7 +264,7 @@ class SimulatedRobot:
         reference = truth.tilt
         if self.world.digital:
             wheels = quantised(wheels, WHEEL_COUNTS, self._zeros)
-            reference = float(quantised(np.array(reference), REFERENCE_COUNTS, 0.5))
+            reference = float(quantised(np.array(reference), self.world.reference_counts, 0.5))
         return Reading(self.stamp, imu, tuple(wheels.tolist()), reference, truth)
 
 

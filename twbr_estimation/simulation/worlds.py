@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from ..errors import ConfigurationError
-from ..robot import Calibration
+from ..robot import Calibration, Robot
 
 PAPER_CALIBRATION = Calibration(
     gyro_bias=(math.radians(0.8), math.radians(-1.91195), math.radians(-0.5)),
@@ -79,6 +79,12 @@ class World:
     """How far the IMU is off the middle, to either side, untold [m]."""
     gyro_cross_axis: float = 0.0
     """Modulus of the share of each other axis that a gyro axis feels."""
+    lever_arm: float = Robot().lever_arm[2]
+    """Height of the IMU above the axle [m]."""
+    reference_counts: int = 2000
+    """Counts of the reference encoder in one turn of the robot."""
+    reference_period: float = 0.0
+    """Period of the reference [s]; 0 for that of the IMU."""
     control_period: float = 0.005
     """Period of the balance controller, and the delay of its output [s]."""
 
@@ -129,9 +135,26 @@ W4 = replace(
     lateral_arm_error=0.01,
     gyro_cross_axis=0.005,
 )
+STAND = replace(
+    PAPER,
+    name="stand",
+    summary="the verification stand of Chudzik 2021, for its scenes",
+    gyro_scale_error=-0.01,
+    gyro_noise_deg=0.2,
+    accel_noise=(0.019, 0.019, 0.019),
+    accel_bandwidth=50.0,
+    calibration=Calibration(
+        gyro_bias=(0.0, math.radians(0.7), 0.0), gyro_noise=math.radians(0.2), accel_noise=0.019
+    ),
+    lever_arm=0.02,
+    reference_counts=7200,
+    reference_period=0.01,
+)
+"""Bias, and counts and period of the reference, are printed; noise and bandwidth are from the
+data sheets of its L3GD20 and LSM303DLHC at 100 Hz; scale error and lever arm are assumed."""
 
 WORLDS: Mapping[str, World] = MappingProxyType(
-    {world.name: world for world in (IDEAL, PAPER, W1, W2, W3, W4)}
+    {world.name: world for world in (IDEAL, PAPER, W1, W2, W3, W4, STAND)}
 )
 """Every world by name."""
 
