@@ -193,3 +193,17 @@ def test_hand_held_motion_with_virtual_wheels(shared_data: Path) -> None:
 
 def test_hand_held_motion_without_wheels(shared_data: Path) -> None:
     assert np.mean(broad_figures(shared_data, wheels=False)) < 0.052
+
+
+@pytest.mark.parametrize(("speed", "limit"), [("slow", 0.528), ("medium", 0.641)])
+def test_on_a_motor_shaft_it_beats_a_tuned_complementary_filter(
+    shared_data: Path, speed: str, limit: float
+) -> None:
+    """The limits are a complementary filter's with the time constant that suits each file best."""
+    log = load(shared_data / "uiuc_mpu6050_encoder" / f"raw_pitch_{speed}.mat", "uiuc", Options())
+    assert log.recording.reference is not None
+    setup = Setup(log.robot, log.calibration)
+    track = run(correct(pair(log.recording.imu, None), setup), setup)
+    first = int(log.recording.imu.stamps[0]) + 60_000_000_000
+    association = Association(log.recording.reference)
+    assert score(track.stamps, track.tilt, association, first).mse_deg2 < limit

@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 
 from ..bounds import Bounds
 from ..robot import EncoderPlacement, Robot
-from .odometer_aiding import Geometry
+from .odometer_aiding import ROOM_PERIOD, Geometry
 
 
 class Parameters(NamedTuple):
@@ -158,6 +158,8 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         wheel_noise=parameters.wheel_noise,
         slip=parameters.slip,
         room=parameters.room,
+        # A displacement stays alike for `room_time`: one comparison within it is news.
+        room_share=min(ROOM_PERIOD / parameters.room_time, 1.0),
     )
     return Coefficients(
         parameters.gyro_bias,

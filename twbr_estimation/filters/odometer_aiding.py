@@ -36,8 +36,6 @@ FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
 ROOM_PERIOD = 0.25
 """Time between two comparisons with the room [s]."""
-ROOM_GAIN_SHARE = 0.1
-"""Share of a correction that the gyro's gains take where only the room corrects."""
 SIDE_SLIP = 0.1
 """Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
 EXCESS_MEAN = 0.8
@@ -62,6 +60,8 @@ class Geometry(NamedTuple):
     slip: float
     room: float
     """Standard deviation of a displacement [m]."""
+    room_share: float
+    """Share of a correction that the gyro's gains take where only the room corrects."""
 
 
 class Aiding(NamedTuple):
@@ -103,7 +103,7 @@ def aid(
     if sample.wheel_count > 1.5:
         observe_side(p, error, nav, now, slow, geometry)
     if aiding.unchecked >= ROOM_PERIOD:
-        observe_room(p, error, nav, now, sample.wheel_count, slow, geometry.room)
+        observe_room(p, error, nav, now, sample.wheel_count, slow, geometry)
     return slipping
 
 
@@ -182,12 +182,18 @@ def observe_side(
 
 
 def observe_room(
-    p: Array, error: Array, nav: Navigation, now: Reading, wheels: float, slow: float, room: float
+    p: Array,
+    error: Array,
+    nav: Navigation,
+    now: Reading,
+    wheels: float,
+    slow: float,
+    geometry: Geometry,
 ) -> None:
     """A balancing robot stays about where it was; wheels know better along the heading."""
     x, y, z = nav.position
     forward, left = heading_of(now.body)
-    gains = 1.0 if wheels > 0.0 else ROOM_GAIN_SHARE
+    gains, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
     observe(p, error, _displaced(0.0, 0.0, 1.0), -z, room * room, slow, gains)
     side = _displaced(-left, forward, 0.0)
     observe(p, error, side, x * left - y * forward, room * room, slow, gains)

@@ -228,7 +228,7 @@ def _observed(
     if sample.wheel_count > 1.5:
         observe_side(p, error, nav, now, 1.0, c.geometry)
     if aiding.unchecked >= ROOM_PERIOD:
-        observe_room(p, error, nav, now, sample.wheel_count, 1.0, c.geometry.room)
+        observe_room(p, error, nav, now, sample.wheel_count, 1.0, c.geometry)
 
 
 def transition_of(
