@@ -1,0 +1,1 @@
+"""Estimators and controllers judged by balancing the simulated robot."""
