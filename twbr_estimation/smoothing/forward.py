@@ -19,6 +19,7 @@ from ..filters.error_state import (
     DISTANCE,
     EXCESS,
     MOVING,
+    SOURCES,
     STATES,
     Array,
     forget,
@@ -244,7 +245,10 @@ def transition_of(
         excess_kept: share of the excess rate's error that outlived the update before.
     """
     f = np.eye(STATES)
-    f[:MOVING] += transition(nav, now, window, c)
+    weights = transition(nav, now, window, c)
+    for i in range(MOVING):
+        for k in range(SOURCES.shape[0]):
+            f[i, SOURCES[k, i]] += weights[k, i]
     keep = share_kept(window.time, c.accel_bias_time)
     for i in range(3):
         f[ACCEL_BIAS + i, ACCEL_BIAS + i] = keep
