@@ -34,10 +34,10 @@ SMOOTHER = "ins_odometer"
 """Filter whose model is smoothed, and by whose parameters."""
 BLOCK = 1024
 """Windows whose covariances are in memory at a time."""
-MOST_PASSES = 5
-"""Each starts with the attitude, biases and gains that the one before has found."""
-SETTLED = 0.1
-"""A start this near to the one that was found, in standard deviations, is good enough."""
+MOST_PASSES = 4
+"""A further pass starts at the attitude that the one before has found for the start."""
+FAR = 0.02
+"""A start this wrong [rad] is worth it: equations made linear there are no longer true."""
 
 Progress = Callable[[float], None]
 """Takes the share that is done, 0 to 1."""
@@ -134,9 +134,8 @@ class _Part:
         sample = CorrectedSample(*(float(value) for value in self.columns[:, 0]))
         start = reset(TiltEstimate(sample.angle, sample.gyro_y), sample, self.coefficients)
         for each in range(MOST_PASSES):
-            windows, error, covariance = self._pass(start, partial(_part_of, report, each))
-            moved = error[ATTITUDE] ** 2 + error[ATTITUDE + 1] ** 2
-            if moved < SETTLED**2 * (covariance[0, 0] + covariance[1, 1]):
+            windows, error = self._pass(start, partial(_part_of, report, each))
+            if math.hypot(error[ATTITUDE], error[ATTITUDE + 1]) < FAR:
                 break
             start = restarted(start, error)
         report(1.0)
@@ -149,8 +148,8 @@ class _Part:
         tilt = np.interp(times + self.coefficients.gyro_delay, times, np.unwrap(tilt))
         return tilt, variance
 
-    def _pass(self, start: State, report: Progress) -> tuple[int, Array, Array]:
-        """Go forward and back; return the windows, and the start's error and covariance."""
+    def _pass(self, start: State, report: Progress) -> tuple[int, Array]:
+        """Go forward and back; return the windows, and the start's error."""
         checkpoints, end = self._forward(start)
         windows, later, error = end, nothing_later(), np.zeros(STATES)
         report(0.3)
@@ -164,7 +163,7 @@ class _Part:
             )
             end = begin
             report(0.3 + 0.7 * (count + 1) / len(checkpoints))
-        return windows, error, later.covariance
+        return windows, error
 
     def _forward(self, start: State) -> tuple[list[_Checkpoint], int]:
         """Return where each block begins, and the number of windows."""
@@ -203,13 +202,16 @@ class _Checkpoint(NamedTuple):
 
 
 def _part_of(report: Progress, done: int, share: float) -> None:
-    """Report the share of one pass: each takes half of what was left, as most end after two."""
-    report(1.0 - 0.5**done * (1.0 - 0.5 * share))
+    """Report the share of one pass: each takes most of what was left, as it may be the last."""
+    report(1.0 - 0.1**done * (1.0 - 0.9 * share))
 
 
 def restarted(start: State, error: Array) -> State:
-    """Return a start that is nearer to the truth, and as uncertain as before."""
-    nav = repaired(start.navigation, error)
-    zeros = (0.0, 0.0, 0.0)
-    nav = nav._replace(position=zeros, accel_bias=zeros, distance=0.0, excess=0.0)
-    return start._replace(navigation=nav)
+    """Return a start that leans as it turned out to.
+
+    Biases and gains stay what they were: found once more from the same readings they would
+    count twice.
+    """
+    only = np.zeros(STATES)
+    only[ATTITUDE : ATTITUDE + 2] = error[ATTITUDE : ATTITUDE + 2]
+    return start._replace(navigation=repaired(start.navigation, only))
