@@ -53,6 +53,7 @@ class SimulatedMpu6050:
         clock_rate: float = 1.0,
         seed: int = 0,
         reset_time: float = 0.5 * RESET_TIME,
+        noise: float = 1.0,
     ) -> None:
         """Power the chip on.
 
@@ -63,6 +64,7 @@ class SimulatedMpu6050:
             clock_rate: Speed of the chip's clock relative to `clock`.
             seed: Of its noise.
             reset_time: How long it answers nothing after a reset [s].
+            noise: Factor on its noise; 0 where the motion holds the noise already.
         """
         self.motion = motion
         self.identity = identity
@@ -75,6 +77,7 @@ class SimulatedMpu6050:
         self._random = random.Random(seed)
         self._nacks = 0
         self._reset_time = reset_time
+        self._noise = noise
         self._ready_at = 0
         self._fifo: deque[int] = deque()
         self._power_on()
@@ -200,5 +203,7 @@ class SimulatedMpu6050:
         return _PACKET.pack(*accel, temperature, *gyro)
 
     def _word(self, value: float, noise: float, full_scale: int) -> int:
-        raw = round((value + self._random.gauss(0.0, noise)) * RAW_FULL_SCALE / full_scale)
+        raw = round(
+            (value + self._noise * self._random.gauss(0.0, noise)) * RAW_FULL_SCALE / full_scale
+        )
         return max(-RAW_FULL_SCALE, min(RAW_FULL_SCALE - 1, raw))

@@ -98,10 +98,10 @@ class ImuEncoder:
 
 
 class JointStateEncoder:
-    """Serialises JointState messages with positions and velocities of the same joints."""
+    """Serialises JointState messages of the same joints: positions, velocities, perhaps efforts."""
 
-    def __init__(self, names: Sequence[str], frame: str = "") -> None:
-        """Lay out the message for these joints."""
+    def __init__(self, names: Sequence[str], frame: str = "", *, efforts: bool = False) -> None:
+        """Lay out the message for these joints, with or without efforts."""
         count = len(names)
         head = bytearray(_padded(_header(frame), 4)) + struct.pack("<I", count)
         for name in names:
@@ -111,15 +111,26 @@ class JointStateEncoder:
         self._positions = _aligned(len(head), 8)
         self._velocities = _aligned(self._positions + 8 * count + 4, 8)
         self._doubles = struct.Struct(f"<{count}d").pack_into
-        self._buffer = bytearray(self._velocities + 8 * count + 4)
+        end = self._velocities + 8 * count
+        self._efforts = _aligned(end + 4, 8) if efforts else 0
+        self._buffer = bytearray(self._efforts + 8 * count if efforts else end + 4)
         self._buffer[: len(head)] = head
         struct.pack_into("<I", self._buffer, self._positions + 8 * count, count)
+        struct.pack_into("<I", self._buffer, end, count if efforts else 0)
 
-    def encode(self, stamp: int, positions: Sequence[float], velocities: Sequence[float]) -> bytes:
-        """Return the message with this stamp [ns]."""
+    def encode(
+        self,
+        stamp: int,
+        positions: Sequence[float],
+        velocities: Sequence[float],
+        efforts: Sequence[float] = (),
+    ) -> bytes:
+        """Return the message with this stamp [ns]; `efforts` counts if laid out for them."""
         _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
         self._doubles(self._buffer, self._positions, *positions)
         self._doubles(self._buffer, self._velocities, *velocities)
+        if self._efforts:
+            self._doubles(self._buffer, self._efforts, *efforts)
         return bytes(self._buffer)
 
 
@@ -189,6 +200,20 @@ class WheelDecoder:
         return wheel_reading(stamp, [positions[index] for index in self._at])
 
 
+def decode_float64s(data: bytes) -> tuple[float, ...]:
+    """Return the numbers of a serialised `std_msgs/Float64MultiArray`.
+
+    Raises:
+        MessageError: not such a message in little-endian XCDR version 1.
+    """
+    try:
+        values = _float64_array(data)
+    except struct.error as error:
+        raise MessageError(f"a Float64MultiArray of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    return values
+
+
 def decode_motor_command(arrival: int, data: bytes) -> MotorCommand:
     """Return the command in a serialised `std_msgs/Float64MultiArray` that came at `arrival` [ns].
 
@@ -196,11 +221,7 @@ def decode_motor_command(arrival: int, data: bytes) -> MotorCommand:
         MessageError: not such a message in little-endian XCDR version 1, or not one or two
             finite voltages in it.
     """
-    try:
-        voltages = _float64_array(data)
-    except struct.error as error:
-        raise MessageError(f"a Float64MultiArray of {len(data)} bytes: {error}") from None
-    _require_encoding(data)
+    voltages = decode_float64s(data)
     if len(voltages) not in (1, 2) or not math.isfinite(sum(voltages)):
         raise MessageError(f"motor command {list(voltages)}: one or two finite voltages are needed")
     return motor_command(arrival, voltages)
