@@ -24,7 +24,7 @@ from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
 from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
 
-SOURCES = ("samples.py", "correction.py", "filters/*.py")
+SOURCES = ("samples.py", "correction.py", "plants/*.py", "filters/*.py")
 """What the compiled loops are made of, beside this file."""
 
 

@@ -215,10 +215,19 @@ def linearised(p: SpatialParameters) -> Linear:
     return _linear(p, tilt_spin, p.body_mass * p.body_height * p.wheel_radius)
 
 
+def linearised_by_27(p: SpatialParameters) -> Linear:
+    """Return the same with the terms of the squared yaw rate as in (27); (52) follows from it."""
+    return _printed(p, p.body_height)
+
+
 def linearised_as_printed(p: SpatialParameters) -> Linear:
-    """Return the same with the terms of the squared yaw rate as in (27)."""
-    tilt_spin = p.body_mass * p.body_height * p.body_height
-    return _linear(p, tilt_spin + p.body_inertia_roll - p.body_inertia_yaw, 0.0)
+    """Return the same as in (46), (47): (27) with l + r in place of l."""
+    return _printed(p, p.body_height + p.wheel_radius)
+
+
+def _printed(p: SpatialParameters, lever: float) -> Linear:
+    tilt_spin = p.body_mass * lever * lever + p.body_inertia_roll - p.body_inertia_yaw
+    return _linear(p, tilt_spin, 0.0)
 
 
 def _linear(p: SpatialParameters, tilt_spin: float, wheel_spin: float) -> Linear:
@@ -241,4 +250,51 @@ def _linear(p: SpatialParameters, tilt_spin: float, wheel_spin: float) -> Linear
         wheel_per_spin=(m11 * wheel_spin - m12 * tilt_spin) / determinant,
         yaw_per_yaw_rate=-lever * lever * drag / inertia,
         yaw_per_command=lever * drive / inertia,
+    )
+
+
+def advance(
+    state: SpatialState, commands: Commands, p: SpatialParameters, dt: float
+) -> SpatialState:
+    """Return the state `dt` [s] later, by the classical Runge-Kutta method."""
+    half = 0.5 * dt
+    first = accelerations(state, commands, p)
+    second_state = _moved(state, state, first, half)
+    second = accelerations(second_state, commands, p)
+    third_state = _moved(state, second_state, second, half)
+    third = accelerations(third_state, commands, p)
+    last_state = _moved(state, third_state, third, dt)
+    last = accelerations(last_state, commands, p)
+    rates = _weighted(_rates(state), _rates(second_state), _rates(third_state), _rates(last_state))
+    turning = _weighted(first, second, third, last)
+    return SpatialState(
+        state.tilt + dt * rates[0],
+        state.wheel + dt * rates[1],
+        state.heading + dt * rates[2],
+        state.tilt_rate + dt * turning[0],
+        state.wheel_rate + dt * turning[1],
+        state.yaw_rate + dt * turning[2],
+    )
+
+
+def _moved(state: SpatialState, slope: SpatialState, turning: Triple, dt: float) -> SpatialState:
+    return SpatialState(
+        state.tilt + dt * slope.tilt_rate,
+        state.wheel + dt * slope.wheel_rate,
+        state.heading + dt * slope.yaw_rate,
+        state.tilt_rate + dt * turning[0],
+        state.wheel_rate + dt * turning[1],
+        state.yaw_rate + dt * turning[2],
+    )
+
+
+def _rates(state: SpatialState) -> Triple:
+    return state.tilt_rate, state.wheel_rate, state.yaw_rate
+
+
+def _weighted(first: Triple, second: Triple, third: Triple, last: Triple) -> Triple:
+    return (
+        (first[0] + 2.0 * (second[0] + third[0]) + last[0]) / 6.0,
+        (first[1] + 2.0 * (second[1] + third[1]) + last[1]) / 6.0,
+        (first[2] + 2.0 * (second[2] + third[2]) + last[2]) / 6.0,
     )

@@ -1,0 +1,223 @@
+"""The robot of Sihite 2018, balancing on the spot while it spins.
+
+The loop is the paper's: successive loop closure (33)-(34) and the yaw controller (35), on the
+true angles. Printed to three digits, (34) does not balance: whether its numerator sums to a
+little more or less than zero decides about the sign of an integrator. The digits used here are
+within the printed ones and sum to zero; their sign is that of a reference minus the wheels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..compilation import compiled, source_version
+from ..plants.sihite2018 import (
+    Commands,
+    SpatialState,
+    accelerations,
+    advance,
+    angular_rate,
+    spatial_parameters,
+    specific_force,
+)
+from ..recording import FloatArray, ImuTrack, MotorTrack, Recording, TiltTrack, WheelTrack
+from ..robot import Calibration, Robot, Setup
+from .disturbances import STEP, stream
+from .sensing import quantised
+
+PERIOD = 0.005
+"""Of controller and sensors [s]."""
+SUPPLY, GEAR = 7.4, 35.57
+"""Battery [V] and gear of the eduMIP; with them its motor constants follow from Table II."""
+EMF = 0.003 * SUPPLY / 0.12 / GEAR
+"""Torque and back-EMF constant of a motor, k_2 V / (k_1 k)."""
+EDUMIP_ROBOT = Robot(
+    wheel_radius=0.035,
+    track_width=0.07,
+    lever_arm=(0.0, 0.0, 0.046),
+    gyro_range=math.radians(2000.0),
+    body_mass=0.218,
+    body_height=0.046,
+    body_inertia=5.91e-4,
+    body_inertia_roll=2.99e-4,
+    body_inertia_yaw=2.91e-4,
+    wheel_mass=0.024,
+    wheel_inertia=6.42e-5,
+    wheel_inertia_across=7.48e-6,
+    gear_ratio=GEAR,
+    winding_resistance=GEAR * EMF * SUPPLY / 0.12,
+    torque_constant=EMF,
+    back_emf_constant=EMF,
+    supply_voltage=SUPPLY,
+)
+"""Table II as a robot; its filters are told that the IMU sits at the centre of mass."""
+ENCODER_COUNTS = 2134
+"""60 counts a turn of the motor."""
+PUSH, PUSH_SECONDS = 0.05, 0.2
+"""Standard deviation [N] and correlation time [s] of what keeps the robot from standing still."""
+SPIN_UP = 2.0
+"""Time to reach the yaw rate [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpinSensor:
+    """What the filters are not told of the IMU."""
+
+    offset: float = 0.0157
+    """How far it sits before the axle's plane [m]."""
+    gyro_cross_axis: float = 0.0
+    """Modulus of the share of each other axis that a gyro axis feels."""
+    mounting_error: float = 0.0
+    """Modulus of the roll and the pitch of the sensor in the body [rad]."""
+    gyro_noise: float = 5e-4
+    """Standard deviation of a reading [rad/s]."""
+    accel_noise: float = 0.06
+    """Standard deviation of a reading [m/s^2]."""
+
+
+class LoopState(NamedTuple):
+    """What the controllers remember: the two latest inputs and outputs of (34) and (33)."""
+
+    wheel: tuple[float, float] = (0.0, 0.0)
+    lean: tuple[float, float] = (0.0, 0.0)
+    tilt: tuple[float, float] = (0.0, 0.0)
+    drive: tuple[float, float] = (0.0, 0.0)
+
+
+def control(
+    loop: LoopState, state: SpatialState, heading: float, yaw_rate: float
+) -> tuple[LoopState, float, float]:
+    """Return the next state of the controllers and the commands (u_x, u_z), shares of the supply.
+
+    Args:
+        loop: of the controllers.
+        state: of the robot.
+        heading: commanded one [rad].
+        yaw_rate: commanded one [rad/s].
+    """
+    wheel = -(state.wheel + state.tilt)
+    lean = 0.18856 * wheel - 0.37209 * loop.wheel[0] + 0.18354 * loop.wheel[1]
+    lean += 1.86046 * loop.lean[0] - 0.86046 * loop.lean[1]
+    tilt = lean - state.tilt
+    drive = -4.95 * tilt + 8.86 * loop.tilt[0] - 3.97 * loop.tilt[1]
+    drive += 1.48 * loop.drive[0] - 0.481 * loop.drive[1]
+    drive = min(max(drive, -1.0), 1.0)
+    turn = 1.0 * (heading - state.heading) + 0.05 * (yaw_rate - state.yaw_rate)
+    turn = min(max(turn, -1.0), 1.0)
+    after = LoopState(
+        (wheel, loop.wheel[0]),
+        (lean, loop.lean[0]),
+        (tilt, loop.tilt[0]),
+        (drive, loop.drive[0]),
+    )
+    return after, drive, turn
+
+
+class Spun(NamedTuple):
+    """One simulated spin."""
+
+    recording: Recording
+    setup: Setup
+    """As the filters are told."""
+
+
+def spin(
+    yaw_rate: float, sensor: SpinSensor, duration: float, seed: int, robot: Robot = EDUMIP_ROBOT
+) -> Spun:
+    """Let the robot balance while it turns on the spot.
+
+    Args:
+        yaw_rate: that it is commanded to [rad/s].
+        sensor: the IMU.
+        duration: length [s].
+        seed: number of the random draw.
+        robot: as it is; the IMU's offset comes on top.
+    """
+    samples = math.floor(duration / PERIOD + 1e-6)
+    rows = np.zeros((samples, 11))
+    x, y, z = robot.lever_arm
+    lever = (x + sensor.offset, y, z)
+    every = round(PERIOD / STEP)
+    parameters, targets = spatial_parameters(robot), _targets(yaw_rate, samples)
+    push = _pushes(samples, seed)
+    _kernel()(targets, push, parameters, lever, robot.supply_voltage, every, rows)
+    told = Calibration(gyro_noise=sensor.gyro_noise, accel_noise=sensor.accel_noise)
+    return Spun(_recording(rows, sensor, robot, yaw_rate, seed), Setup(robot, told))
+
+
+def _targets(yaw_rate: float, samples: int) -> FloatArray:
+    """Return commanded heading and yaw rate at each sample, (n, 2)."""
+    rate = yaw_rate * np.clip(np.arange(samples) * PERIOD / SPIN_UP, 0.0, 1.0)
+    return np.column_stack([np.cumsum(rate) * PERIOD, rate])
+
+
+def _pushes(samples: int, seed: int) -> FloatArray:
+    """Return a force that wanders about zero [N], (n,)."""
+    from scipy.signal import lfilter
+
+    keep = math.exp(-PERIOD / PUSH_SECONDS)
+    white = stream(seed, "pushes").standard_normal(samples)
+    force: FloatArray = lfilter([PUSH * math.sqrt(1.0 - keep * keep)], [1.0, -keep], white)
+    return force
+
+
+def _recording(
+    rows: FloatArray, sensor: SpinSensor, robot: Robot, yaw_rate: float, seed: int
+) -> Recording:
+    stamps = (1 + np.arange(rows.shape[0], dtype=np.int64)) * round(PERIOD * 1e9)
+    rate, force = _read(rows[:, 3:6], rows[:, 6:9], sensor, seed)
+    zeros = stream(seed, "encoders").uniform(0.0, 1.0, 2)
+    half = 0.5 * robot.track_width / robot.wheel_radius * rows[:, 2]
+    wheels = np.column_stack([rows[:, 1] - half, rows[:, 1] + half])
+    return Recording(
+        source=f"simulation: spin at {yaw_rate:g} rad/s, seed {seed}",
+        imu=ImuTrack(stamps, rate, force),
+        wheels=WheelTrack(stamps, quantised(wheels, ENCODER_COUNTS, zeros)),
+        reference=TiltTrack(stamps, rows[:, 0].copy()),
+        motors=MotorTrack(stamps, rows[:, 9:11].copy()),
+    )
+
+
+def _read(
+    rate: FloatArray, force: FloatArray, sensor: SpinSensor, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return what the IMU reads, for what its place feels in body axes."""
+    signs = stream(seed, "mounting").choice([-1.0, 1.0], 2) * sensor.mounting_error
+    turned = Robot(mounting=(float(signs[0]), float(signs[1]), 0.0)).rotation()
+    cross = stream(seed, "gyro cross").choice([-1.0, 1.0], (3, 3)) * (1.0 - np.eye(3))
+    noise = stream(seed, "noise").standard_normal((rate.shape[0], 6))
+    felt = rate @ turned
+    felt = felt + felt @ (sensor.gyro_cross_axis * cross).T + sensor.gyro_noise * noise[:, :3]
+    return felt, force @ turned + sensor.accel_noise * noise[:, 3:]
+
+
+@lru_cache(maxsize=1)
+def _kernel() -> Any:
+    def run(
+        targets: Any, push: Any, p: Any, lever: Any, supply: float, every: int, rows: Any
+    ) -> None:
+        state = SpatialState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        loop = LoopState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+        drive, turn = 0.0, 0.0
+        for i in range(rows.shape[0]):
+            felt = Commands(supply * drive, supply * turn, push[i])
+            turning = accelerations(state, felt, p)
+            force = specific_force(state, turning, lever, p)
+            rate = angular_rate(state)
+            rows[i, 0], rows[i, 1], rows[i, 2] = state.tilt, state.wheel, state.heading
+            for axis in range(3):
+                rows[i, 3 + axis], rows[i, 6 + axis] = rate[axis], force[axis]
+            loop, drive, turn = control(loop, state, targets[i, 0], targets[i, 1])
+            rows[i, 9], rows[i, 10] = supply * (drive - turn), supply * (drive + turn)
+            commands = Commands(supply * drive, supply * turn, push[i])
+            for _ in range(every):
+                state = advance(state, commands, p, STEP)
+
+    sources = ("samples.py", "plants/*.py", "simulation/*.py")
+    called = (accelerations, specific_force, angular_rate, control, advance)
+    return compiled(run, source_version(sources), *called)
