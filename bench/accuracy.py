@@ -1,4 +1,4 @@
-"""Measure filters on the simulated worlds and on real recordings; the tables of docs/accuracy.md.
+"""Measure filters on the simulated worlds; the tables of docs/accuracy.md.
 
 Each cell is the mean over seeds of the mean square error against the reference encoder
 [deg^2], followed by the median and the largest seed. Everything runs with the defaults.
@@ -9,14 +9,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.evaluation import Association, Options, score
 from twbr_estimation.filters import filter_named
-from twbr_estimation.imports import imported
 from twbr_estimation.pairing import pair
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Setup
@@ -32,25 +30,16 @@ CAUSES = {
     "gyro gain": {"gyro_scale_error": 0.0},
 }
 """What can be switched off in a world, by name."""
-BROAD = (
-    "12_undisturbed_slow_translation_C",
-    "14_undisturbed_slow_translation_with_breaks_B",
-    "25_disturbed_tapping_B",
-)
 
 
 def errors_of(
-    recording: Recording,
-    setup: Setup,
-    names: list[str],
-    values: dict[str, float],
-    skip: float = 0.0,
+    recording: Recording, setup: Setup, names: list[str], values: dict[str, float]
 ) -> dict[str, float]:
     """Return the mean square errors of several filters on one recording [deg^2]."""
     assert recording.reference is not None
     corrected = correct(pair(recording.imu, recording.wheels), setup)
     association = Association(recording.reference, Options())
-    first = int(recording.imu.stamps[0]) + round(skip * 1e9)
+    first = int(recording.imu.stamps[0])
     found = {}
     for name in names:
         entry = filter_named(name)
@@ -94,40 +83,6 @@ def variants(arguments: argparse.Namespace) -> Iterator[World]:
             yield replace(world, name=f"{name} without {cause}", **fields)
 
 
-def real_table(folder: Path, names: list[str], values: dict[str, float]) -> None:
-    """Print the errors on the BROAD and UIUC recordings."""
-    print("| recording | wheels | " + " | ".join(names) + " |")
-    print("|---|---|" + "---|" * len(names))
-    for wheels in (True, False):
-        total = []
-        for trial in BROAD:
-            path = folder / "broad_translation" / f"{trial}.mat"
-            for axis in "yx":
-                log = imported.load(path, "broad", imported.Options(axis=axis))
-                total.append(row(f"BROAD {trial[:2]}:{axis}", log, wheels, names, values))
-        mean = np.mean(total, axis=0)
-        print(f"| BROAD mean | {wheels} | " + " | ".join(f"{x:.4f}" for x in mean) + " |")
-    for speed in ("slow", "medium"):
-        path = folder / "uiuc_mpu6050_encoder" / f"raw_pitch_{speed}.mat"
-        row(f"UIUC {speed}", imported.load(path, "uiuc"), False, names, values, 60.0)
-
-
-def row(
-    title: str,
-    log: imported.ImportedLog,
-    wheels: bool,
-    names: list[str],
-    values: dict[str, float],
-    skip: float = 0.0,
-) -> list[float]:
-    """Print one recording's errors and return them [deg^2]."""
-    recording = log.recording if wheels else replace(log.recording, wheels=None)
-    setup = Setup(log.robot, log.calibration, log.correction or Setup().correction)
-    found = errors_of(recording, setup, names, values, skip)
-    print(f"| {title} | {wheels} | " + " | ".join(f"{found[name]:.3f}" for name in names) + " |")
-    return [found[name] for name in names]
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worlds", nargs="*", default=["W1", "W2", "W3", "W4"])
@@ -137,14 +92,11 @@ def main() -> int:
     parser.add_argument("--duration", type=float, default=60.0)
     parser.add_argument("--filter", nargs="+", default=["ins_odometer"])
     parser.add_argument("--causes", action="store_true", help="switch one cause off at a time")
-    parser.add_argument("--data", type=Path, help="folder of the real recordings")
     parser.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE")
     arguments = parser.parse_args()
     pairs = (entry.split("=") for entry in arguments.set)
     values = {name: float(value) for name, value in pairs}
     worlds_table(arguments, values)
-    if arguments.data is not None:
-        real_table(arguments.data, arguments.filter, values)
     return 0
 
 

@@ -32,7 +32,7 @@ VELOCITY_TIME_CONSTANT = 0.02
 """Time constant of the low-pass (19) for this encoder [s], the best of six on trial 14."""
 GYRO_DELAY = 0.0042
 """How much the gyro lags behind the cameras [s]: 3.9 to 4.2 ms in trials 12 and 25."""
-_BODY_AXES = {
+BODY_AXES = {
     "y": np.eye(3),
     "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
 }
@@ -57,10 +57,10 @@ def load(path: Path, options: Options) -> ImportedLog:
     Raises:
         RecordingError: not such a file, or another axis than x and y.
     """
-    if options.axis not in _BODY_AXES:
+    if options.axis not in BODY_AXES:
         raise RecordingError(f"--axis {options.axis}: there are x and y")
     data = matlab_variables(path, _NAMES)
-    axes = _BODY_AXES[options.axis]
+    axes = BODY_AXES[options.axis]
     moving = data["movement"] > 0.5
     if moving.all() or not moving.any():
         raise RecordingError(f"{path}: `movement` marks no rest before a movement")
