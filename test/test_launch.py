@@ -58,3 +58,23 @@ def test_a_robot_starts_what_is_asked_for() -> None:
 def test_a_replay_starts_the_whole_graph(tmp_path: Path) -> None:
     names = started(FOLDER / "replay.launch.py", bag=str(tmp_path), rate="0.0", json="x.json")
     assert names == ["evaluator_node", "filter_node", "correction_node", "replay_node"]
+
+
+def test_a_simulation_starts_the_whole_robot() -> None:
+    path = FOLDER / "simulation.launch.py"
+    whole = [
+        "simulator_node",
+        "correction_node",
+        "filter_node",
+        "controller_node",
+        "evaluator_node",
+    ]
+    assert started(path) == whole
+    assert started(path, lockstep="true", world="W4", filter="ins_odometer") == whole
+
+
+def test_the_simulation_tells_what_an_estimator_may_know() -> None:
+    known = load(FOLDER / "simulation.launch.py").told("W4", 3)
+    assert known["robot.track_width"] == 0.16 and known["robot.lever_arm"] == (0.0, 0.0, 0.135)
+    assert len(known["calibration.accel_scale_x"]) == 5
+    assert "calibration.accel_scale_y" not in known

@@ -1,0 +1,105 @@
+"""The whole robot without hardware: simulator, correction, filter, controller and evaluator.
+
+ros2 launch twbr_estimation simulation.launch.py
+ros2 launch twbr_estimation simulation.launch.py world:=W2 disturbed:=true filter:=ins_odometer
+ros2 launch twbr_estimation simulation.launch.py lockstep:=true json:=figures.json
+ros2 launch twbr_estimation simulation.launch.py drivers:=true
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch_ros.actions import Node
+
+from twbr_estimation.nodes.declarations import declarations_of
+from twbr_estimation.simulation import WORLDS, world_named
+from twbr_estimation.simulation.simulate import setups_of
+
+PACKAGE = "twbr_estimation"
+CONFIG = Path(__file__).resolve().parent.parent / "config"
+SWITCH = ["true", "false"]
+SWITCHES = ("disturbed", "stay_down", "lockstep", "compiled")
+PATIENCE = 60.0
+"""In lockstep: wall time [s] for which nobody takes a standing clock for a dead sensor."""
+
+
+def argument(
+    name: str, default: str, description: str, choices: list[str] | None = None
+) -> LaunchDescriptionEntity:
+    """Return a launch argument."""
+    return DeclareLaunchArgument(
+        name, default_value=default, description=description, choices=choices
+    )
+
+
+ARGUMENTS = (
+    argument("world", "paper", "What is wrong with robot, sensors and ground.", list(WORLDS)),
+    argument("seed", "1", "Number of the random draw."),
+    argument("disturbed", "false", "Whether the world pushes and trips the robot.", SWITCH),
+    argument("filter", "", "Filter whose estimate is balanced with; empty: as configured."),
+    argument("compare", "", "Filters beside it on tilt/compare: NAME,NAME or all; empty: none."),
+    argument("controller", "", "Controller; empty: the default."),
+    argument("stay_down", "false", "A fallen robot lies until ~/stand_up is called.", SWITCH),
+    argument("lockstep", "false", "Time waits for the controller: the same run each time.", SWITCH),
+    argument("drivers", "false", "The real drivers read simulated chips.", SWITCH),
+    argument("compiled", "false", "Compile the plant: less load, a slower start.", SWITCH),
+    argument("settings", str(CONFIG / "filters.yaml"), "Parameter file of the filters."),
+    argument("json", "", "File for the evaluator's figures; empty: none."),
+)
+
+
+def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """Return the nodes that the arguments ask for."""
+    given = context.launch_configurations
+    in_lockstep = given["lockstep"] == "true"
+    common: list[Any] = []
+    if in_lockstep:
+        common = [str(CONFIG / "lossless.yaml"), {"use_sim_time": True}]
+    known = told(given["world"], int(given["seed"]))
+    chosen: dict[str, Any] = {"filter": given["filter"]} if given["filter"] else {}
+    if given["compare"]:
+        chosen["compare"] = given["compare"].split(",")
+    patient = {"timeout": PATIENCE} if in_lockstep else {}
+    controller = {"controller": given["controller"]} if given["controller"] else {}
+    source = {"json_file": given["json"], "source": f"world {given['world']}, seed {given['seed']}"}
+    return [
+        node("simulator_node", [*common[:1], simulator(given)]),
+        node("correction_node", [*common, known, patient]),
+        node("filter_node", [*common, given["settings"], known, chosen, patient]),
+        node("controller_node", [*common, known, controller]),
+        node("evaluator_node", [*common, source]),
+    ]
+
+
+def simulator(given: dict[str, str]) -> dict[str, Any]:
+    """Return the parameters of the simulator."""
+    switches = {name: given[name] == "true" for name in SWITCHES}
+    sensors = "registers" if given["drivers"] == "true" else "topics"
+    # The filters were tuned at 2 ms; in lockstep a step must be whole periods of the IMU.
+    periods = {} if switches["lockstep"] else {"imu_period": 0.002}
+    chosen = {"world": given["world"], "seed": int(given["seed"]), "sensors": sensors}
+    return {**chosen, **switches, **periods}
+
+
+def told(world: str, seed: int) -> dict[str, Any]:
+    """Return what the estimator is told of the robot: its geometry and the sensor's errors."""
+    setup, _ = setups_of(world_named(world), seed)
+    declared = [
+        *declarations_of(setup.robot, "robot."),
+        *declarations_of(setup.calibration, "calibration."),
+    ]
+    return {each.name: each.default for each in declared if each.default != ()}
+
+
+def node(executable: str, parameters: list[Any]) -> Node:
+    """Return the action that runs one of our executables."""
+    return Node(package=PACKAGE, executable=executable, parameters=parameters, output="screen")
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return arguments and nodes."""
+    return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=nodes)])
