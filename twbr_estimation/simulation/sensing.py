@@ -14,7 +14,7 @@ from ..sensors.error_model import ImuErrors, Triple, low_passed, scale_error
 from .disturbances import STEP, stream
 from .worlds import World
 
-_RESIDUAL_RMS = 1.264
+RESIDUAL_RMS = 1.264
 """rms of the residual's shape at unit amplitude, over +-7 m/s^2 and all phases."""
 
 
@@ -143,7 +143,7 @@ def mount_of(robot: Robot, world: World) -> Mount:
 def imu_errors(world: World, calibration: Calibration, seed: int) -> ImuErrors:
     """Return what is wrong with the IMU of a world; the residual's shape varies by seed."""
     phases = stream(seed, "residual").uniform(0.0, 2.0 * math.pi, (3, 2)).tolist()
-    amplitude = world.calibration_residual / _RESIDUAL_RMS
+    amplitude = world.calibration_residual / RESIDUAL_RMS
     scales = [
         scale_error(calibration, axis)._replace(residual=amplitude, phases=(pair[0], pair[1]))
         for axis, pair in zip("xyz", phases, strict=True)
