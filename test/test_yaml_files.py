@@ -61,7 +61,7 @@ def test_the_shipped_example_is_the_robot_of_the_paper() -> None:
 def test_the_shipped_filters_name_their_sampling_period() -> None:
     settings = read_settings(SHIPPED)
     assert settings.dt == 0.002
-    assert settings.values[settings.filter]
+    assert settings.values and settings.filter == DEFAULT_FILTER
     assert settings.warnings(0.002) == ()
     assert "0.01 s" in settings.warnings(0.01)[0]
 

@@ -8,8 +8,9 @@ from typing import Any
 
 from .filters import Filter
 
-DEFAULT_FILTER = "complementary"
-"""The filter that speaks where none is named; its defaults suit any sampling period."""
+DEFAULT_FILTER = "ins_odometer"
+"""The filter that speaks where none is named; its defaults are physical and suit any robot
+with a calibrated MPU6050, at any sampling period."""
 DT_TOLERANCE = 0.05
 """Relative difference of sampling periods above which settings warn."""
 

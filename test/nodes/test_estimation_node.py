@@ -14,6 +14,7 @@ from twbr_estimation.messages import stamp_of
 from twbr_estimation.nodes.estimation_node import compose
 from twbr_estimation.pairing import pair
 from twbr_estimation.robot import Robot, Setup
+from twbr_estimation.settings import DEFAULT_FILTER
 
 
 def test_composed_equals_offline(graph: Any, sensors: Any) -> None:
@@ -28,7 +29,7 @@ def test_composed_equals_offline(graph: Any, sensors: Any) -> None:
     drive = sensors.drive(200)
     sensors.play(drive)
     graph.spin_until(lambda: len(tilts) == len(corrected) == 200)
-    entry = filter_named("complementary")
+    entry = filter_named(DEFAULT_FILTER)
     track = correct(pair(drive.imu, drive.wheels), Setup())
     expected = run_filter(entry, entry.configure(), track, Robot()).tilt
     np.testing.assert_allclose([each.data for each in tilts], expected, atol=1e-12)

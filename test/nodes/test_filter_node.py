@@ -20,6 +20,7 @@ from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.pairing import pair
 from twbr_estimation.robot import Robot, Setup
+from twbr_estimation.settings import DEFAULT_FILTER
 
 COUNT = 300
 OUTPUTS = ("tilt", "imu/data", "tilt/compare")
@@ -52,7 +53,7 @@ def test_live_equals_offline_for_every_filter(graph: Any, sensors: Any) -> None:
     graph.spin_until(lambda: min(len(tilts), len(imus), len(compared)) == COUNT)
     assert [stamp_of(message) for message in imus] == drive.imu.stamps.tolist()
     assert list(compared[0].name) == list(filters())
-    chosen = offline(drive, "complementary")
+    chosen = offline(drive, DEFAULT_FILTER)
     np.testing.assert_allclose([message.data for message in tilts], chosen.tilt, atol=1e-12)
     angles = [tilt_of(message.orientation) for message in imus]
     np.testing.assert_allclose(angles, chosen.tilt, atol=1e-12)
@@ -77,7 +78,7 @@ def test_raw_straight_in_gives_the_same_as_through_the_correction(graph: Any, se
     # Those after the last wheel reading go on without it when nothing more arrives.
     graph.spin_until(lambda: len(tilts) == COUNT + 1)
     np.testing.assert_allclose(
-        [message.data for message in tilts[1:]], offline(drive, "complementary").tilt, atol=1e-12
+        [message.data for message in tilts[1:]], offline(drive, DEFAULT_FILTER).tilt, atol=1e-12
     )
 
 
@@ -162,7 +163,7 @@ def test_bad_stamps_and_values_have_their_outcomes(graph: Any, sensors: Any) -> 
 
 
 def test_stale_input_is_not_valid_and_recovers(graph: Any, sensors: Any) -> None:
-    filter_in(graph, timeout=0.1)
+    filter_in(graph, filter="complementary", timeout=0.1)  # valid from its first sample on
     valid, diagnostics = (
         graph.collect(Bool, "tilt/valid"),
         graph.collect(DiagnosticArray, "/diagnostics"),
@@ -180,7 +181,7 @@ def test_stale_input_is_not_valid_and_recovers(graph: Any, sensors: Any) -> None
 
 
 def test_reset_starts_from_the_next_sample(graph: Any, sensors: Any) -> None:
-    filter_in(graph, complementary__time_constant=1000.0)
+    filter_in(graph, filter="complementary", complementary__time_constant=1000.0)
     tilts = graph.collect(Float64, "tilt")
     graph.settle()
     corrected(sensors, 0, 0.0)
@@ -201,7 +202,7 @@ def test_a_missing_transform_message_is_said_not_fatal(graph: Any, sensors: Any)
         pass
     else:
         pytest.skip("tf2_msgs is installed here")
-    filter_in(graph, publish_tf=True, timeout=20.0)
+    filter_in(graph, filter="complementary", publish_tf=True, timeout=20.0)
     graph.settle()
     sensors.corrected(10**12, 0.1)
     graph.spin_until(

@@ -13,12 +13,14 @@ from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 from ..bounds import Bounds, bounds_of
-from ..controllers.base import Controller
 from ..errors import ConfigurationError
 from ..filters.base import Filter
+
+if TYPE_CHECKING:  # nodes that filter start without the controllers
+    from ..controllers.base import Controller
 
 Settings = TypeVar("Settings")
 
