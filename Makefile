@@ -3,10 +3,11 @@
 PYTHON ?= $(or $(shell cat .venv/made_by 2>/dev/null),python3)
 BIN := .venv/bin
 
-.PHONY: help venv demo test lint format bench clean
+.PHONY: help venv demo balance test lint format bench clean
 
 help:
 	@echo "make demo    replay the bundled recording through the live graph; errors as a table"
+	@echo "make balance see the simulated robot balance in the terminal: push it, drive it"
 	@echo "make test    run the tests"
 	@echo "make lint    check lint, format and types"
 	@echo "make format  rewrite the sources in the project's format"
@@ -19,6 +20,9 @@ venv:
 
 demo: venv
 	@$(BIN)/python tools/demo.py
+
+balance: venv
+	@$(BIN)/python tools/balance.py
 
 test: venv
 	$(BIN)/python -m pytest

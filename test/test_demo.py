@@ -17,7 +17,8 @@ from twbr_estimation.simulation import simulate, world_named
 
 DEMO = Path(__file__).resolve().parent.parent / "tools" / "demo.py"
 WITHOUT_ROS = (
-    "import runpy, sys; sys.modules['rclpy'] = None; sys.argv = sys.argv[1:]; "
+    "import os, runpy, sys; sys.modules['rclpy'] = None; sys.argv = sys.argv[1:]; "
+    "sys.path.insert(0, os.path.dirname(sys.argv[0])); "
     "runpy.run_path(sys.argv[0], run_name='__main__')"
 )
 

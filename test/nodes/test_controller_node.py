@@ -12,10 +12,11 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 
-from twbr_estimation.controllers import controllers
+from twbr_estimation.controllers import base, controllers
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.messages import set_stamp
 from twbr_estimation.nodes.controller_node import ControllerNode
+from twbr_estimation.nodes.controller_parameters import prepare
 from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.simulation.stepping import SimulatedRobot
 
@@ -286,3 +287,13 @@ def test_what_nothing_can_be_made_of_is_told(graph: Any) -> None:
 def test_a_start_with_a_wrong_parameter_is_refused(graph: Any, parameter: str, value: Any) -> None:
     with pytest.raises(ConfigurationError, match=parameter):
         ControllerNode(**graph.options(**{parameter: value}))
+
+
+def test_a_controller_that_was_prepared_keeps_nobody_waiting(graph: Any) -> None:
+    """Deriving one may take seconds, in which the robot would fall."""
+    node = controller_in(graph, prepare_all=False)
+    prepare(node._chosen.current)
+    derived = base._coefficients.cache_info().misses
+    for name in controllers():
+        assert node.set_parameters([Parameter("controller", value=name)])[0].successful
+    assert base._coefficients.cache_info().misses == derived

@@ -83,6 +83,19 @@ class Controller:
         """
         return configured(f"controller {self.name}", self.parameters, values or {})
 
+    def coefficients(self, parameters: Any, robot: Robot, period: float) -> Any:
+        """Return what `derive` gives, from memory where it was asked before: it may take long.
+
+        Raises:
+            ConfigurationError: what `derive` cannot do.
+        """
+        return _coefficients(self, parameters, robot, period)
+
+
+@lru_cache(maxsize=64)
+def _coefficients(entry: Controller, parameters: Any, robot: Robot, period: float) -> Any:
+    return entry.derive(parameters, robot, period)
+
 
 @lru_cache(maxsize=1)
 def controllers() -> Mapping[str, Controller]:

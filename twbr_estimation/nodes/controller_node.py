@@ -9,6 +9,7 @@ parameters and the robot change between two steps.
 
 from __future__ import annotations
 
+from threading import Thread
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -29,6 +30,7 @@ from .controller_parameters import (
     TiltSource,
     declare_controller_inputs,
     declare_controller_parameters,
+    prepare,
 )
 from .diagnostics import Diagnostics, Level, Report
 from .inputs import listen
@@ -70,6 +72,8 @@ class ControllerNode(DeviceNode):
         self.create_service(SetBool, "~/enable", self._on_enable)
         self._tick_timer = wall_timer(self, PERIOD, self._tick)
         self._diagnostics = Diagnostics(self, self.report)
+        if self._inputs.prepare_all:
+            Thread(target=prepare, args=(self._chosen.current,), daemon=True).start()
         self.begin()
 
     def _subscribe(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from typing import Annotated, Any
@@ -11,6 +12,7 @@ from rclpy.node import Node
 
 from ..bounds import Bounds, require_bounds
 from ..controllers.base import controllers
+from ..errors import TwbrError
 from ..robot import Robot
 from ..streams.balancing import BalanceConfiguration, BalanceSettings
 from ..streams.control import ControlConfiguration, ControlSettings
@@ -54,6 +56,9 @@ class ControllerInputs:
     a robot has neither joint, `wheel_joint` counts."""
     right_wheel_joint: str = "right_wheel_joint"
     """Name of the right wheel in `joint_states`."""
+    prepare_all: bool = True
+    """Prepare every controller in the background at the start, so that none keeps the robot
+    waiting when it is switched to: `lqr` takes seconds the first time. False saves memory."""
     balance_tilt: Annotated[
         float,
         Bounds(-1.5, 1.5, "rad", "Tilt at which the robot balances, subtracted"),
@@ -92,6 +97,15 @@ def declare_controller_parameters(
     return NodeParameters(node, declared, _configuration, apply)
 
 
+def prepare(configuration: ControlConfiguration) -> None:
+    """Derive every controller, so that a switch to it finds the result; may take seconds."""
+    balance = configuration.balance
+    for name, entry in controllers().items():
+        with suppress(TwbrError):  # told when it is switched to
+            parameters = entry.configure(balance.parameters[name])
+            entry.coefficients(parameters, balance.robot, balance.settings.period)
+
+
 def _configuration(values: Mapping[str, Any]) -> ControlConfiguration:
     settings = settings_from(BalanceSettings(), values)
     robot = settings_from(Robot(), values, ROBOT)
@@ -100,7 +114,7 @@ def _configuration(values: Mapping[str, Any]) -> ControlConfiguration:
     }
     entry = controllers()[settings.controller]
     # What cannot be derived must be refused here, before anything has changed.
-    entry.derive(entry.configure(parameters[entry.name]), robot, settings.period)
+    entry.coefficients(entry.configure(parameters[entry.name]), robot, settings.period)
     return ControlConfiguration(
         settings_from(ControlSettings(), values),
         BalanceConfiguration(settings, parameters, robot),

@@ -150,7 +150,7 @@ class BalanceStream:
         settings, robot = configuration.settings, configuration.robot
         entry = controller_named(settings.controller)
         parameters = entry.configure(configuration.parameters.get(entry.name))
-        self._coefficients = entry.derive(parameters, robot, settings.period)
+        self._coefficients = entry.coefficients(parameters, robot, settings.period)
         self._geometry = geometry_of(robot, settings.velocity_time_constant)
         if self._state is not None and not isinstance(self._state, entry.state):
             self._state = None

@@ -1,0 +1,119 @@
+"""Processes of nodes in a ROS domain of their own, for the tools that demonstrate them."""
+
+from __future__ import annotations
+
+import os
+import random
+import socket
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import yaml
+
+DISCOVERY_PORT, PORTS_A_DOMAIN = 7400, 250
+"""Where DDS puts the ports of a domain."""
+GOODBYE = 10.0
+"""Longest time a node may take to stop [s]."""
+
+
+class Graph:
+    """Node processes of one demonstration; whatever happens, none of them stays behind."""
+
+    def __init__(self, folder: Path) -> None:
+        """`folder` takes parameter files and logs."""
+        self._folder = folder
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self.domain = unused_domain()
+        """The ROS domain of all of them, which nobody else on this machine uses."""
+        self._environment = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(self.domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "PYTHONUNBUFFERED": "1",
+        }
+
+    def start(
+        self,
+        node: str,
+        parameters: dict[str, object],
+        files: Sequence[Path] = (),
+        *,
+        script: Path | None = None,
+        aloud: bool = False,
+    ) -> None:
+        """Start a node of this package, or of a script.
+
+        Args:
+            node: Its name.
+            parameters: These rule over those of the files.
+            files: Parameter files.
+            script: What to run instead of the package's node.
+            aloud: Whether it speaks to the terminal; otherwise its words are kept for errors.
+        """
+        own = self._folder / f"{node}.yaml"
+        own.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+        program = f"import sys; from twbr_estimation.nodes.{node} import main; sys.exit(main())"
+        what = ["-c", program] if script is None else [str(script)]
+        command = [sys.executable, *what, "--ros-args", "--log-level", "warn"]
+        for file in (*files, own):
+            command += ["--params-file", str(file)]
+        output = None if aloud else self._log(node).open("wb")
+        self._running[node] = subprocess.Popen(
+            command, env=self._environment, stdout=output, stderr=output or None
+        )
+
+    def wait(self, node: str, limit: float) -> None:
+        """Wait until a node has ended by itself.
+
+        Raises:
+            RuntimeError: it took too long, or a node ended with an error; with what it said.
+        """
+        try:
+            status = self._running[node].wait(limit)
+        except subprocess.TimeoutExpired:
+            raise RuntimeError(f"{node} did not end within {limit:g} s") from None
+        del self._running[node]
+        if status != 0:
+            said = self._log(node).read_text() if self._log(node).exists() else ""
+            raise RuntimeError(f"{node} ended with status {status}\n{said}")
+
+    def check(self) -> None:
+        """Raise where a node has ended.
+
+        Raises:
+            RuntimeError: with what the node said.
+        """
+        for node, process in self._running.items():
+            if process.poll() is not None:
+                said = self._log(node).read_text()
+                raise RuntimeError(f"{node} ended with status {process.returncode}\n{said}")
+
+    def stop(self, node: str) -> None:
+        """Ask a node to stop, and wait for it."""
+        self._running[node].terminate()  # SIGINT is ignored below a script's background job
+        self.wait(node, GOODBYE)
+
+    def close(self) -> None:
+        """End every node that still runs."""
+        for process in self._running.values():
+            process.terminate()
+        for process in self._running.values():
+            try:
+                process.wait(GOODBYE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+    def _log(self, node: str) -> Path:
+        return self._folder / f"{node}.log"
+
+
+def unused_domain() -> int:
+    """Return a ROS domain whose discovery port nobody on this machine holds."""
+    for domain in random.sample(range(1, 102), 101):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
+            probe.bind(("", DISCOVERY_PORT + PORTS_A_DOMAIN * domain))
+            return domain
+    raise RuntimeError("every ROS domain is in use on this machine")
