@@ -1,13 +1,14 @@
 """Compilation of loops around step functions; the only module that imports numba.
 
 Compiled code is cached on disk. A change of any source file that a loop is made of makes a
-new entry.
+new entry in place of the old one.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
@@ -32,11 +33,24 @@ def compiled(run: Callable[..., Any], version: str, *called: Callable[..., Any])
         _let_compile(function)
     # The cache's index is a file named after the function. It names classes of the package, so
     # one that older sources wrote must never be read: it may name what is gone.
-    run.__qualname__ = f"{run.__qualname__}.{version}"
+    name = run.__qualname__
+    run.__qualname__ = f"{name}.{version}"
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy")(run)
+        loop = numba.njit(cache=True, nogil=True, error_model="numpy")(run)
     except RuntimeError:  # neither the package's folder nor the user's cache can be written
         return numba.njit(error_model="numpy")(run)
+    module = run.__module__.rpartition(".")[2]
+    _delete_others(Path(loop.stats.cache_path), f"{module}.{name}.", version)
+    return loop
+
+
+def _delete_others(folder: Path, name: str, version: str) -> None:
+    """Delete what other versions of a loop left in the cache."""
+    prefix = name.replace("<", "").replace(">", "")  # as numba names its files
+    with suppress(OSError):
+        for file in folder.glob(f"{prefix}*.nb[ci]"):
+            if not file.name.startswith(f"{prefix}{version}-"):
+                file.unlink(missing_ok=True)
 
 
 _COMPILABLE: set[FunctionType] = set()
