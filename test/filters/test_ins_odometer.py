@@ -110,6 +110,58 @@ def test_without_encoder_it_stays_inertial_and_returns() -> None:
         assert mse_deg2(error[2 * third + 400 :]) < 0.2
 
 
+def test_a_frozen_encoder_is_left_out_until_it_moves() -> None:
+    silent, frozen, after = [], [], []
+    for seed in SEEDS:
+        track, setup, truth = drive("W1", seed)
+        third = truth.size // 3
+        held = slice(third, 2 * third)
+        angle = float(track.field("wheel_angle")[third])
+        stuck = changed(track, "wheel_angle", held, angle)
+        cut = CorrectedTrack(stuck.stamps[: 2 * third], stuck.columns[:, : 2 * third].copy())
+        assert run(cut, setup).state.aiding.wheels == 0.0
+        error = run(stuck, setup).tilt - truth
+        frozen.append(mse_deg2(error[held]))
+        after.append(mse_deg2(error[2 * third + 400 :]))
+        dropped = changed(track, "wheel_count", held, 0.0)
+        silent.append(mse_deg2((run(dropped, setup).tilt - truth)[held]))
+    assert np.mean(frozen) < 1.5 * np.mean(silent) + 0.1
+    assert max(after) < 0.2
+
+
+def test_a_robot_at_rest_has_no_frozen_encoder() -> None:
+    made = simulate("W1", 0.005, 20.0, SEEDS[0], "still")
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    end = run(track, made.setup)
+    assert end.state.aiding.wheels == 1.0
+    assert abs(end.tilt[-1]) < math.radians(0.5)
+
+
+def test_the_variance_is_that_of_the_error() -> None:
+    """Over ten independent drives the mean of error squared over variance; 95 % bounds."""
+    squares = []
+    for seed in UNSEEN:
+        track, setup, truth = drive("W2", seed)
+        estimate = run(track, setup)
+        squares.append(np.mean(np.square(estimate.tilt - truth) / estimate.tilt_variance))
+    assert 0.32 < np.mean(squares) < 2.05
+
+
+@pytest.mark.parametrize("wrong", [math.radians(30.0), math.radians(-30.0)])
+def test_a_wrong_start_is_known_to_be_uncertain(wrong: float) -> None:
+    for seed in SEEDS:
+        track, setup, truth = drive("W1", seed)
+        sample = CorrectedSample(*(float(value) for value in track.columns[:, 0]))
+        coefficients = ENTRY.derive(ENTRY.configure(), setup.robot)
+        start = TiltEstimate(float(truth[0]) + wrong, sample.gyro_y)
+        state = ENTRY.reset(start, sample, coefficients)
+        assert state.tilt_variance > 0.2**2  # `tilt/valid` is false
+        rest = CorrectedTrack(track.stamps[1:], np.ascontiguousarray(track.columns[:, 1:]))
+        estimate = run(rest, setup, state)
+        square = np.square(estimate.tilt - truth[1:]) / estimate.tilt_variance
+        assert np.mean(square[:400]) < 4.0
+
+
 def test_covariance_stays_a_covariance() -> None:
     for world in ("W1", "W4"):
         track, setup, _ = drive(world, SEEDS[0])

@@ -36,7 +36,6 @@ from .error_state import (
     VELOCITY,
     WHEEL_RADIUS,
     Array,
-    forget,
 )
 from .ins_parameters import Coefficients, Parameters, derive
 from .navigation import (
@@ -53,15 +52,16 @@ from .navigation import (
     share_kept,
 )
 from .odometer_aiding import (
-    FIRST_DISTANCE,
     HOLD,
-    ROOM_PERIOD,
     Aiding,
     aid,
+    begin_distance,
     drifted_excess,
     estimate_excess,
     rolled_distance,
+    usable_wheels,
     watched,
+    wheel_slopes,
 )
 from .strapdown import attitude_at, heading_of, tilt_ahead
 
@@ -111,7 +111,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         nav,
         read(nav, rate, sample),
         empty_window(),
-        Aiding(HOLD, 0.0, 0.0, 0.0, 0.0),
+        Aiding(HOLD, 0.0, 0.0, 0.0, 0.0, 1.0, sample.wheel_angle, 0.0),
         _first_covariance(variance, c),
     )
 
@@ -168,12 +168,13 @@ def _compare(
         bias = nav.gyro_bias[1]
         return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
     error = np.zeros(STATES)
-    if sample.wheel_count > 0.0 and sample.wheel_count != aiding.wheels:
+    wheels = usable_wheels(aiding, sample)
+    if wheels > 0.0 and wheels != aiding.wheels:
         error[DISTANCE] = rolled_distance(nav, now, sample, c.geometry) - nav.distance
-        forget(p, DISTANCE, FIRST_DISTANCE * FIRST_DISTANCE)
+        begin_distance(p, wheel_slopes(nav, now, c.geometry))
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    slipping = aid(p, error, nav, now, sample, aiding, c.geometry, window.time)
+    compared = aid(p, error, nav, now, sample, wheels, aiding, c.geometry, window.time)
     fixed = repaired(nav, error)
     keep = share_kept(window.time, c.accel_bias_time)
     fixed = Navigation(
@@ -190,18 +191,16 @@ def _compare(
         fixed.gyro_cross,
         fixed.bend,
     )
-    unchecked = 0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked
-    saturated = 1.0 if gyro_saturated(sample) else 0.0
     now = read(fixed, now.rate, sample)
     return State(
         tilt_ahead(now.body, now.rate, c.gyro_delay),
         now.rate[1],
         fixed.gyro_bias[1],
-        tilt_variance(p, heading_of(now.body)),
+        max(compared.surprise, 1.0) * tilt_variance(p, heading_of(now.body)) + c.mounting_variance,
         fixed,
         now,
         empty_window(),
-        Aiding(aiding.calm, unchecked, saturated, sample.wheel_count, slipping),
+        compared,
         p,
     )
 

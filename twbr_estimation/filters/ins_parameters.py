@@ -89,6 +89,17 @@ class Parameters(NamedTuple):
         float,
         Bounds(0.0, 0.2, "1", "Standard deviation of the relative error of the wheel radius."),
     ] = 0.01
+    mounting: Annotated[
+        float,
+        Bounds(
+            0.0,
+            0.2,
+            "rad",
+            "Standard deviation of the sensor's pitch in the body. Nothing on board can see it: "
+            "it counts in the variance only.",
+            tunable=False,
+        ),
+    ] = math.radians(0.2)
     lever_arm: Annotated[
         float,
         Bounds(0.0, 0.2, "m", "Standard deviation of the error of the lever arm's height."),
@@ -143,6 +154,7 @@ class Coefficients(NamedTuple):
     accel_residual: float
     gyro_cross: float
     wheel_radius: float
+    mounting_variance: float
     lever_arm: float
     room_time: float
     gyro_delay: float
@@ -171,6 +183,7 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         parameters.accel_residual,
         parameters.gyro_cross,
         parameters.wheel_radius,
+        parameters.mounting * parameters.mounting,
         parameters.lever_arm,
         parameters.room_time,
         robot.gyro_delay,

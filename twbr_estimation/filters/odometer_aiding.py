@@ -15,6 +15,7 @@ from .error_state import (
     EXCESS,
     LEVER_UP,
     POSITION,
+    STATES,
     VELOCITY,
     Array,
     Slopes,
@@ -32,6 +33,10 @@ SLIP_GATE = 3.0
 """A wheel reading this many standard deviations off is a slip."""
 LONGEST_SLIP = 0.3
 """After this the attitude is taken to be wrong, not the wheels nor the calibration [s]."""
+FROZEN_TURN = 0.2
+"""An encoder that disagrees and says nothing new while the body turns this far is frozen [rad]."""
+SURPRISE_TIME = 0.2
+"""Time over which squared innovations of the wheels are averaged [s]."""
 FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
 ROOM_PERIOD = 0.25
@@ -74,9 +79,23 @@ class Aiding(NamedTuple):
     saturated: float
     """1 while the gyro is saturated, else 0."""
     wheels: float
-    """Wheel encoders at the last update."""
+    """Wheel encoders that were used at the last update."""
     slipping: float
     """Time since the wheels began to disagree [s]; 0 while they agree."""
+    surprise: float
+    """Squared innovation of the wheels over its variance, of late; a short slip counts little."""
+    angle: float
+    """Wheel angle one sample ago [rad]."""
+    turned: float
+    """How far the body turned since that angle changed [rad]."""
+
+
+def usable_wheels(aiding: Aiding, sample: CorrectedSample) -> float:
+    """Return how many wheel encoders tell anything; none where they are frozen."""
+    disputed = aiding.wheels == 0.0 or aiding.surprise > 1.0
+    if disputed and aiding.turned > FROZEN_TURN:
+        return 0.0
+    return sample.wheel_count
 
 
 def aid(
@@ -85,26 +104,46 @@ def aid(
     nav: Navigation,
     now: Reading,
     sample: CorrectedSample,
+    wheels: float,
     aiding: Aiding,
     geometry: Geometry,
     time: float,
-) -> float:
-    """Compare with everything that is known at this sample, `time` after the last comparison.
+) -> Aiding:
+    """Compare with all that is known at this sample, `time` [s] after the last comparison.
+
+    Of the encoders, `wheels` are used.
 
     Returns:
-        Time since the wheels began to disagree [s].
+        What to remember.
     """
-    slipping = 0.0
-    slow = 1.0 if aiding.calm >= HOLD and aiding.slipping < LONGEST_SLIP else 0.0
-    if sample.wheel_count > 0.0:
-        may_slip = aiding.slipping < LONGEST_SLIP
-        if _wheel(p, error, nav, now, sample, slow, geometry, may_slip):
+    slipping, square = 0.0, 1.0
+    may_slip = aiding.slipping < LONGEST_SLIP
+    slow = 1.0 if aiding.calm >= HOLD and may_slip else 0.0
+    if wheels > 0.0:
+        square = _wheel(p, error, nav, now, sample, slow, geometry, may_slip)
+        if square > SLIP_GATE * SLIP_GATE:
             slipping = aiding.slipping + time
-    if sample.wheel_count > 1.5:
+            if may_slip:
+                square = SLIP_GATE * SLIP_GATE
+    if wheels > 1.5:
         observe_side(p, error, nav, now, slow, geometry)
-    if aiding.unchecked >= ROOM_PERIOD:
-        observe_room(p, error, nav, now, sample.wheel_count, slow, geometry)
-    return slipping
+    unchecked = aiding.unchecked
+    if unchecked >= ROOM_PERIOD:
+        observe_room(p, error, nav, now, wheels, slow, geometry)
+        unchecked = 0.0
+    saturated = 1.0 if gyro_saturated(sample) else 0.0
+    share = min(time / SURPRISE_TIME, 1.0)
+    surprise = aiding.surprise + share * (square - aiding.surprise)
+    return Aiding(
+        aiding.calm,
+        unchecked,
+        saturated,
+        wheels,
+        slipping,
+        surprise,
+        aiding.angle,
+        aiding.turned,
+    )
 
 
 def lever_of(nav: Navigation, geometry: Geometry) -> Vector:
@@ -133,20 +172,20 @@ def _wheel(
     slow: float,
     geometry: Geometry,
     may_slip: bool,
-) -> bool:
+) -> float:
     """Compare the distance moved with the distance rolled; a slip opens the distance.
 
     Returns:
-        Whether they disagree.
+        The squared difference over its variance.
     """
     h = wheel_slopes(nav, now, geometry)
     residual = rolled_distance(nav, now, sample, geometry) - nav.distance
     variance = geometry.wheel_noise * geometry.wheel_noise
-    beyond = beyond_gate(p, h, residual, variance)
-    if beyond > 0.0 and may_slip:
-        p[DISTANCE, DISTANCE] += beyond
+    square = residual * residual / (scatter_of(p, h) + variance)
+    if may_slip:
+        p[DISTANCE, DISTANCE] += beyond_gate(p, h, residual, variance)
     observe(p, error, h, residual, variance, slow, 1.0)
-    return beyond > 0.0
+    return square
 
 
 def wheel_slopes(nav: Navigation, now: Reading, geometry: Geometry) -> Slopes:
@@ -164,6 +203,24 @@ def beyond_gate(p: Array, h: Slopes, residual: float, variance: float) -> float:
     """Return the variance [m^2] that would bring a wheel reading to the gate; 0 within it."""
     expected = scatter_of(p, h) + variance
     return max(residual * residual - SLIP_GATE * SLIP_GATE * expected, 0.0)
+
+
+def begin_distance(p: Array, h: Slopes) -> None:
+    """Let the distance begin where the wheels tell; errors of what they were compared with stay.
+
+    Args:
+        p: covariance, changed in place.
+        h: `wheel_slopes`.
+    """
+    i, j, _, l = h.at
+    a, b, _, d = h.by
+    forget(p, DISTANCE, 0.0)
+    for n in range(STATES):
+        p[DISTANCE, n] = -(a * p[i, n] + b * p[j, n] + d * p[l, n])
+    scatter = -(a * p[DISTANCE, i] + b * p[DISTANCE, j] + d * p[DISTANCE, l])
+    for n in range(STATES):
+        p[n, DISTANCE] = p[DISTANCE, n]
+    p[DISTANCE, DISTANCE] = scatter + FIRST_DISTANCE * FIRST_DISTANCE
 
 
 def observe_side(
@@ -231,6 +288,16 @@ def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample
 def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
     """Return the memory one sample later."""
     calm = 0.0 if clipped(sample) else aiding.calm + sample.dt
+    turned = aiding.turned + abs(sample.gyro_y) * sample.dt
+    if sample.wheel_angle != aiding.angle:
+        turned = 0.0
     return Aiding(
-        calm, aiding.unchecked + sample.dt, aiding.saturated, aiding.wheels, aiding.slipping
+        calm,
+        aiding.unchecked + sample.dt,
+        aiding.saturated,
+        aiding.wheels,
+        aiding.slipping,
+        aiding.surprise,
+        sample.wheel_angle,
+        turned,
     )

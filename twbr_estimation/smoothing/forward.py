@@ -22,7 +22,6 @@ from ..filters.error_state import (
     SOURCES,
     STATES,
     Array,
-    forget,
     observe,
 )
 from ..filters.ins_odometer import LOST, PERIOD, State, reset
@@ -41,9 +40,9 @@ from ..filters.navigation import (
 )
 from ..filters.odometer_aiding import (
     EXCESS_TIME,
-    FIRST_DISTANCE,
     ROOM_PERIOD,
     Aiding,
+    begin_distance,
     beyond_gate,
     drifted_excess,
     estimate_excess,
@@ -163,6 +162,9 @@ def _compared(
             1.0 if saturated else 0.0,
             sample.wheel_count,
             0.0,
+            1.0,
+            aiding.angle,
+            aiding.turned,
         ),
         p,
         math.exp(-window.time / EXCESS_TIME) if saturated else 0.0,
@@ -199,8 +201,12 @@ def _opened(
         return nav
     residual = rolled_distance(nav, now, sample, geometry) - nav.distance
     if sample.wheel_count != aiding.wheels:
-        forget(p, DISTANCE, FIRST_DISTANCE * FIRST_DISTANCE)
+        h = wheel_slopes(nav, now, geometry)
+        begin_distance(p, h)
         f[DISTANCE, :] = 0.0
+        for i, slope in zip(h.at, h.by):  # noqa: B905 (the compiler knows no strict)
+            if i != DISTANCE:
+                f[DISTANCE, :] -= slope * f[i, :]
         change = np.zeros(STATES)
         change[DISTANCE] = residual
         return repaired(nav, change)
