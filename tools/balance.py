@@ -41,6 +41,8 @@ FASTER = 0.1
 """Change of the commanded speed with one key [m/s]."""
 FASTEST = 0.4
 """[m/s]."""
+SIMULATOR = {"imu_period": 0.005, "duration": 20.0, "stay_down": False}
+"""Slow and short, so that it starts soon; a fallen robot is stood up by itself."""
 PATIENCE = 30.0
 """Longest time until the robot stands [s]."""
 ARROWS = {"\x1b[A": "w", "\x1b[B": "s", "\x1b[C": "d", "\x1b[D": "a"}
@@ -80,7 +82,7 @@ class Watcher:
         from std_srvs.srv import Trigger
 
         rclpy.init()
-        self._rclpy, self._twist, self._float, self._trigger = rclpy, TwistStamped, Float64, Trigger
+        self._rclpy, self._twist, self._trigger = rclpy, TwistStamped, Trigger
         self._shown = shown
         self._node = node = rclpy.create_node("balance_view")
         from twbr_estimation.nodes.spin import make_executor
@@ -94,11 +96,12 @@ class Watcher:
         listen(Float64MultiArray, "motor/command", self._on_command, 10)
         listen(Float64, "evaluator_node/active/mse_deg2", self._on_mse, 10)
         self._listen_to_diagnostics()
-        self._push = node.create_publisher(Float64, "push", 10)
+        self._push = node.create_client(Trigger, "simulator_node/push")
         self._drive = node.create_publisher(TwistStamped, "cmd_vel", 10)
         self._reset = node.create_client(Trigger, "evaluator_node/reset")
         self._parameters = {
-            name: AsyncParameterClient(node, f"{name}_node") for name in ("filter", "controller")
+            name: AsyncParameterClient(node, f"{name}_node")
+            for name in ("filter", "controller", "simulator")
         }
         self._last_wheel: tuple[float, float] | None = None
 
@@ -152,9 +155,7 @@ class Watcher:
         """Do what a key means."""
         shown = self._shown
         if key in "ad":
-            force = PUSH if key == "d" else -PUSH
-            self._push.publish(self._float(data=force))
-            shown.message = f"pushed by {force:+g} N"
+            self._pushed(PUSH if key == "d" else -PUSH)
         elif key in "ws ":
             step = {"w": FASTER, "s": -FASTER, " ": -shown.target}[key]
             shown.target = min(max(shown.target + step, -FASTEST), FASTEST)
@@ -163,6 +164,14 @@ class Watcher:
             self._switch("filter", next_of(filters(), shown.filter, key == "F"))
         elif key in "cC":
             self._switch("controller", next_of(controllers(), shown.controller, key == "C"))
+
+    def _pushed(self, force: float) -> None:
+        from rclpy.parameter import Parameter
+
+        change = [Parameter("push_force", value=force)]
+        done = self._parameters["simulator"].set_parameters(change)
+        done.add_done_callback(lambda _: self._push.call_async(self._trigger.Request()))
+        self._shown.message = f"pushed by {force:+g} N"
 
     def _switch(self, what: str, name: str) -> None:
         from rclpy.parameter import Parameter
@@ -207,7 +216,7 @@ def start(graph: Graph, folder: Path, arguments: argparse.Namespace) -> None:
     write_section(files[1], setup.calibration)
     chosen: dict[str, object] = {"filter": arguments.filter, "drivers": False}
     robot = {"world": world.name, "seed": arguments.seed, "disturbed": arguments.disturbed}
-    graph.start("simulated_robot", robot, script=ROOT / "tools" / "simulated_robot.py")
+    graph.start("simulator_node", {**robot, **SIMULATOR})
     graph.start("estimation_node", chosen, files)
     graph.start("controller_node", {"controller": arguments.controller}, files)
     graph.start("evaluator_node", {"table": False, "period": 0.5})

@@ -75,7 +75,7 @@ class Shown:
 def page(shown: Shown) -> RenderableType:
     """Return the page, at most 80 x 24."""
     table = Table.grid(padding=(0, 2))
-    for width in (10, 26, 7, 30):
+    for width in (10, 22, 7, 34):
         table.add_column(width=width, no_wrap=True)
     for row in _rows(shown):
         table.add_row(*row)
@@ -88,7 +88,10 @@ def page(shown: Shown) -> RenderableType:
 
 def _rows(shown: Shown) -> list[tuple[RenderableType, ...]]:
     now = 0.0 if shown.upright_since is None else shown.time - shown.upright_since
-    standing = Text(shown.standing, style="green" if shown.standing == "balancing" else "red")
+    standing = Text(
+        shown.standing.removeprefix("motors "),
+        style="green" if shown.standing == "balancing" else "red",
+    )
     error = shown.estimate - shown.reference
     return [
         ("upright", f"{now:.1f} s", "in all", f"{shown.upright:.1f} of {shown.time:.1f} s"),

@@ -41,23 +41,20 @@ class Graph:
         parameters: dict[str, object],
         files: Sequence[Path] = (),
         *,
-        script: Path | None = None,
         aloud: bool = False,
     ) -> None:
-        """Start a node of this package, or of a script.
+        """Start a node of this package.
 
         Args:
             node: Its name.
             parameters: These rule over those of the files.
             files: Parameter files.
-            script: What to run instead of the package's node.
             aloud: Whether it speaks to the terminal; otherwise its words are kept for errors.
         """
         own = self._folder / f"{node}.yaml"
         own.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
         program = f"import sys; from twbr_estimation.nodes.{node} import main; sys.exit(main())"
-        what = ["-c", program] if script is None else [str(script)]
-        command = [sys.executable, *what, "--ros-args", "--log-level", "warn"]
+        command = [sys.executable, "-c", program, "--ros-args", "--log-level", "warn"]
         for file in (*files, own):
             command += ["--params-file", str(file)]
         output = None if aloud else self._log(node).open("wb")
