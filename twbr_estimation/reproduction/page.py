@@ -275,6 +275,34 @@ def _stand(figures: Document) -> PrintedTable:
     return PrintedTable("Chudzik 2021, Figs 6 to 10: rms error on the stand [deg]", headings, found)
 
 
+def _table3(figures: Document) -> PrintedTable:
+    rates = [f"{rate:g}" for rate in figures["yaw_rates"]]
+    blank = [None] * len(rates)
+    found = [
+        (
+            row["estimator"],
+            imu,
+            *_errors(row["printed_rad"] or blank),
+            *_errors(row["rig"][imu]["mean_rad"]),
+        )
+        for imu in figures["rows"][0]["rig"]
+        for row in figures["rows"]
+    ]
+    dmp = ("DMP of the chip", "", *_errors(figures["printed_dmp_rad"]), *_errors(blank))
+    headings = (
+        "estimator",
+        "IMU",
+        *(f"printed, {rate} rad/s" for rate in rates),
+        *(f"ours, {rate} rad/s" for rate in rates),
+    )
+    title = "Sihite 2018, Table III: rms error of the tilt [rad]"
+    return PrintedTable(title, headings, [dmp, *found])
+
+
+def _errors(values: Iterable[float | None]) -> tuple[str, ...]:
+    return tuple("" if value is None else f"{value:.4f}" for value in values)
+
+
 _TABLES: Mapping[str, Callable[[Any], PrintedTable]] = {
     "table1": _table1,
     "table2": _table2,
@@ -282,6 +310,7 @@ _TABLES: Mapping[str, Callable[[Any], PrintedTable]] = {
     "fig11": _fig11,
     "fig12": _fig12,
     "stand": _stand,
+    "table3": _table3,
 }
 
 _CAUSES: Mapping[str, Callable[[Any], PrintedTable]] = {

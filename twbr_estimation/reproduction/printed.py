@@ -81,3 +81,12 @@ STAND_ACCELEROMETER_DEG = 1.25
 """Chudzik 2021, text on Fig. 7: standard deviation of the accelerometer's angle [deg]."""
 STAND_UNCERTAINTY_DEG = 1.0
 """Chudzik 2021, section II: the uncertainty that a stable vehicle asks for [deg]."""
+
+TABLE_3: Mapping[str, tuple[float, float, float]] = {
+    "DMP": (0.0148, 0.0115, 0.0129),
+    "planar": (0.0133, 0.0256, 0.1028),
+    "yaw": (0.0133, 0.0107, 0.0249),
+    "CF": (0.0228, 0.0424, 0.1605),
+    "CKF": (0.0199, 0.0432, 0.1636),
+}
+"""Sihite 2018, Table III: rms error [rad] at 0, 5 and 10 rad/s."""

@@ -11,11 +11,13 @@ from ..tuning.workers import Report, Workers
 from .causes import causes
 from .drives import LARGEST_SEEDS, TRAINING_SEEDS, Plan
 from .figures import noise_spectra, one_drive, scale_errors
+from .spins import table3
 from .stand import stand
 from .tables import table1, table2
 
-PARTS = ("table1", "table2", "fig9", "fig11", "fig12", "causes", "stand")
-"""What can be done again; `fig9` stands for Figs 9 and 10, `stand` for Chudzik 2021."""
+PARTS = ("table1", "table2", "fig9", "fig11", "fig12", "causes", "stand", "table3")
+"""What can be done again; `fig9` stands for Figs 9 and 10, `stand` for Chudzik 2021, `table3` for
+Sihite 2018."""
 DRAWN = ("fig12", "stand")
 """What can be drawn."""
 
@@ -53,6 +55,7 @@ def reproduce(
         "fig12": lambda: one_drive(plan, drawn.get("fig12")),
         "causes": lambda: causes(plan, workers, report),
         "stand": lambda: stand(plan, workers, report, drawn.get("stand")),
+        "table3": lambda: table3(plan),
     }
     document: dict[str, Any] = {
         "world": plan.world.name,

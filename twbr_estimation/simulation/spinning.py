@@ -1,9 +1,7 @@
 """The robot of Sihite 2018, balancing on the spot while it spins.
 
-The loop is the paper's: successive loop closure (33)-(34) and the yaw controller (35), on the
-true angles. Printed to three digits, (34) does not balance: whether its numerator sums to a
-little more or less than zero decides about the sign of an integrator. The digits used here are
-within the printed ones and sum to zero; their sign is that of a reference minus the wheels.
+The loop is the paper's, on the true angles: successive loop closure (33)-(34) and the yaw
+controller (35), as in `controllers.slc_sihite2018` without its gains for other robots.
 """
 
 from __future__ import annotations
@@ -16,6 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compilation import compiled, source_version
+from ..controllers import slc_sihite2018
+from ..controllers.base import ControlInput
 from ..plants.sihite2018 import (
     Commands,
     SpatialState,
@@ -80,42 +80,8 @@ class SpinSensor:
     """Standard deviation of a reading [m/s^2]."""
 
 
-class LoopState(NamedTuple):
-    """What the controllers remember: the two latest inputs and outputs of (34) and (33)."""
-
-    wheel: tuple[float, float] = (0.0, 0.0)
-    lean: tuple[float, float] = (0.0, 0.0)
-    tilt: tuple[float, float] = (0.0, 0.0)
-    drive: tuple[float, float] = (0.0, 0.0)
-
-
-def control(
-    loop: LoopState, state: SpatialState, heading: float, yaw_rate: float
-) -> tuple[LoopState, float, float]:
-    """Return the next state of the controllers and the commands (u_x, u_z), shares of the supply.
-
-    Args:
-        loop: of the controllers.
-        state: of the robot.
-        heading: commanded one [rad].
-        yaw_rate: commanded one [rad/s].
-    """
-    wheel = -(state.wheel + state.tilt)
-    lean = 0.18856 * wheel - 0.37209 * loop.wheel[0] + 0.18354 * loop.wheel[1]
-    lean += 1.86046 * loop.lean[0] - 0.86046 * loop.lean[1]
-    tilt = lean - state.tilt
-    drive = -4.95 * tilt + 8.86 * loop.tilt[0] - 3.97 * loop.tilt[1]
-    drive += 1.48 * loop.drive[0] - 0.481 * loop.drive[1]
-    drive = min(max(drive, -1.0), 1.0)
-    turn = 1.0 * (heading - state.heading) + 0.05 * (yaw_rate - state.yaw_rate)
-    turn = min(max(turn, -1.0), 1.0)
-    after = LoopState(
-        (wheel, loop.wheel[0]),
-        (lean, loop.lean[0]),
-        (tilt, loop.tilt[0]),
-        (drive, loop.drive[0]),
-    )
-    return after, drive, turn
+YAW_GAIN, YAW_RATE_GAIN = 1.0, 0.05
+"""Of (35), for commands as shares of the supply."""
 
 
 class Spun(NamedTuple):
@@ -139,21 +105,24 @@ def spin(
         robot: as it is; the IMU's offset comes on top.
     """
     samples = math.floor(duration / PERIOD + 1e-6)
+    gains = slc_sihite2018.Parameters(
+        inner_gain=1.0,
+        outer_gain=1.0,
+        damping=0.0,
+        yaw_gain=YAW_GAIN * robot.supply_voltage,
+        yaw_rate_gain=YAW_RATE_GAIN * robot.supply_voltage,
+    )
+    controller = slc_sihite2018.derive(gains, robot, PERIOD)
     rows = np.zeros((samples, 11))
     x, y, z = robot.lever_arm
     lever = (x + sensor.offset, y, z)
     every = round(PERIOD / STEP)
-    parameters, targets = spatial_parameters(robot), _targets(yaw_rate, samples)
-    push = _pushes(samples, seed)
-    _kernel()(targets, push, parameters, lever, robot.supply_voltage, every, rows)
+    target = yaw_rate * np.clip(np.arange(samples) * PERIOD / SPIN_UP, 0.0, 1.0)
+    pushes, parameters = _pushes(samples, seed), spatial_parameters(robot)
+    loop = slc_sihite2018.reset(ControlInput(*[0.0] * 9), controller)
+    _kernel()(target, pushes, parameters, lever, controller, loop, every, rows)
     told = Calibration(gyro_noise=sensor.gyro_noise, accel_noise=sensor.accel_noise)
     return Spun(_recording(rows, sensor, robot, yaw_rate, seed), Setup(robot, told))
-
-
-def _targets(yaw_rate: float, samples: int) -> FloatArray:
-    """Return commanded heading and yaw rate at each sample, (n, 2)."""
-    rate = yaw_rate * np.clip(np.arange(samples) * PERIOD / SPIN_UP, 0.0, 1.0)
-    return np.column_stack([np.cumsum(rate) * PERIOD, rate])
 
 
 def _pushes(samples: int, seed: int) -> FloatArray:
@@ -198,26 +167,44 @@ def _read(
 
 @lru_cache(maxsize=1)
 def _kernel() -> Any:
+    control = slc_sihite2018.step
+
     def run(
-        targets: Any, push: Any, p: Any, lever: Any, supply: float, every: int, rows: Any
+        target: Any,
+        push: Any,
+        p: Any,
+        lever: Any,
+        controller: Any,
+        loop: Any,
+        every: int,
+        rows: Any,
     ) -> None:
-        state = SpatialState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        loop = LoopState((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-        drive, turn = 0.0, 0.0
+        state, radius = SpatialState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), p.wheel_radius
+        forward, turn = 0.0, 0.0
         for i in range(rows.shape[0]):
-            felt = Commands(supply * drive, supply * turn, push[i])
-            turning = accelerations(state, felt, p)
+            turning = accelerations(state, Commands(forward, turn, push[i]), p)
             force = specific_force(state, turning, lever, p)
             rate = angular_rate(state)
             rows[i, 0], rows[i, 1], rows[i, 2] = state.tilt, state.wheel, state.heading
             for axis in range(3):
                 rows[i, 3 + axis], rows[i, 6 + axis] = rate[axis], force[axis]
-            loop, drive, turn = control(loop, state, targets[i, 0], targets[i, 1])
-            rows[i, 9], rows[i, 10] = supply * (drive - turn), supply * (drive + turn)
-            commands = Commands(supply * drive, supply * turn, push[i])
+            now = ControlInput(
+                PERIOD,
+                state.tilt,
+                state.tilt_rate,
+                radius * (state.wheel + state.tilt),
+                radius * (state.wheel_rate + state.tilt_rate),
+                state.heading,
+                state.yaw_rate,
+                0.0,
+                target[i],
+            )
+            loop = control(loop, now, controller)
+            rows[i, 9], rows[i, 10] = loop.left, loop.right
+            forward, turn = 0.5 * (loop.left + loop.right), 0.5 * (loop.right - loop.left)
             for _ in range(every):
-                state = advance(state, commands, p, STEP)
+                state = advance(state, Commands(forward, turn, push[i]), p, STEP)
 
-    sources = ("samples.py", "plants/*.py", "simulation/*.py")
+    sources = ("samples.py", "controllers/*.py", "plants/*.py", "simulation/*.py")
     called = (accelerations, specific_force, angular_rate, control, advance)
     return compiled(run, source_version(sources), *called)
