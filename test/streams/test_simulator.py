@@ -6,12 +6,11 @@ import pytest
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.simulation.stepping import SimulatedRobot
-from twbr_estimation.streams.simulator import (
-    LARGEST_LAG,
+from twbr_estimation.streams.simulator import LARGEST_LAG, Simulator
+from twbr_estimation.streams.simulator_settings import (
     CommandUnit,
     Disturbance,
     SensorPath,
-    Simulator,
     SimulatorSettings,
 )
 

@@ -30,7 +30,8 @@ from ..sensors.simulated_mpu6050 import SimulatedMpu6050
 from ..simulation.simulate import WHEEL_COUNTS
 from ..simulation.stepping import Reading
 from ..streams.cdr import ACCEL, GYRO, ImuEncoder, JointStateEncoder, decode_float64s
-from ..streams.simulator import Disturbance, SensorPath, Simulator, SimulatorSettings
+from ..streams.simulator import Simulator
+from ..streams.simulator_settings import Disturbance, SensorPath, SimulatorSettings
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .encoder_node import EncoderNode
@@ -150,16 +151,15 @@ class SimulatorNode(Node):
 
     def _watch(self) -> None:
         """In lockstep: begin when the graph is there; go on where no command comes."""
+        now = time.monotonic()
         if self._paused:
             return
         if self._found is None:
-            if self._graph_is_there():
-                self._found = time.monotonic()
-        elif self._asked is None and time.monotonic() - self._found > SETTLING:
-            self._step()
+            self._found = now if self._graph_is_there() else None
         elif self._asked is None:
-            return
-        elif time.monotonic() - self._asked > self.settings.lockstep_timeout:
+            if now - self._found > SETTLING:
+                self._step()
+        elif now - self._asked > self.settings.lockstep_timeout:
             self._silent += 1
             self.simulator.cut_motors()
             self._step()
