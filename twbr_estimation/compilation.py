@@ -40,7 +40,8 @@ def compiled(run: Callable[..., Any], version: str, *called: Callable[..., Any])
     except RuntimeError:  # neither the package's folder nor the user's cache can be written
         return numba.njit(error_model="numpy")(run)
     module = run.__module__.rpartition(".")[2]
-    _delete_others(Path(loop.stats.cache_path), f"{module}.{name}.", version)
+    if folder := loop.stats.cache_path:
+        _delete_others(Path(folder), f"{module}.{name}.", version)
     return loop
 
 
