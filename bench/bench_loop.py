@@ -109,7 +109,7 @@ def latencies(listener: Listener) -> np.ndarray:
     return (times - stamps[last]) * 1e-6
 
 
-def start(folder: Path, world: str, compiled: bool) -> list[Process]:
+def start(folder: Path, world: str, name_of_filter: str, compiled: bool) -> list[Process]:
     """Start all nodes; the estimator is told what it may know of the world."""
     setup, _ = setups_of(world_named(world), 1)
     write_section(folder / "robot.yaml", setup.robot, {}, replace=True)
@@ -117,7 +117,10 @@ def start(folder: Path, world: str, compiled: bool) -> list[Process]:
     told = [text for name in ("robot", "calibration") for text in
             ("--params-file", str(folder / f"{name}.yaml"))]  # fmt: skip
     simulated = ["-p", f"world:={world}", "-p", f"compiled:={str(compiled).lower()}"]
-    return [Process(name, told if name != "simulator" else simulated) for name in NODES]
+    arguments = dict.fromkeys(NODES, told) | {"simulator": simulated}
+    if name_of_filter:
+        arguments["filter"] = [*told, "-p", f"filter:={name_of_filter}"]
+    return [Process(name, arguments[name]) for name in NODES]
 
 
 def report(listener: Listener, cpu: list[float], duration: float) -> None:
@@ -141,6 +144,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--duration", type=float, default=30.0, help="[s]")
     parser.add_argument("--world", default="paper")
+    parser.add_argument("--filter", default="", help="default: that of filter_node")
     parser.add_argument("--interpreted", action="store_true", help="do not compile the plant")
     chosen: Any = parser.parse_args(arguments)
     os.environ["ROS_DOMAIN_ID"] = str(quiet_domain())
@@ -149,7 +153,7 @@ def main(arguments: list[str] | None = None) -> int:
     listener, processes = Listener(), []
     try:
         with tempfile.TemporaryDirectory() as folder:
-            processes = start(Path(folder), chosen.world, not chosen.interpreted)
+            processes = start(Path(folder), chosen.world, chosen.filter, not chosen.interpreted)
             limit = time.monotonic() + 120.0
             while len(listener.commands) < 400 and time.monotonic() < limit:
                 listener.listen(0.5)
