@@ -297,3 +297,9 @@ def test_a_controller_that_was_prepared_keeps_nobody_waiting(graph: Any) -> None
     for name in controllers():
         assert node.set_parameters([Parameter("controller", value=name)])[0].successful
     assert base._coefficients.cache_info().misses == derived
+
+
+def test_the_controllers_to_choose_from_are_described(graph: Any) -> None:
+    """`ros2 param describe /controller_node controller` names them."""
+    descriptor = controller_in(graph, prepare_all=False).describe_parameter("controller")
+    assert descriptor.additional_constraints == f"one of: {', '.join(controllers())}"

@@ -10,6 +10,7 @@ import pytest
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.balance import balance_gains, balance_voltage
+from twbr_estimation.simulation.rig import STOP_TILT
 from twbr_estimation.simulation.stepping import Reading, SimulatedRobot
 from twbr_estimation.simulation.worlds import world_named
 
@@ -168,3 +169,13 @@ def test_interpreted_steps_import_no_compiler():
         [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True
     )
     assert result.stdout.strip() == "False"
+
+
+def test_a_robot_that_lies_does_not_sink_into_the_ground():
+    robot = SimulatedRobot("ideal", 3, 0.05, duration=5.0, disturbed=False, stay_down=True)
+    robot.place(0.3)
+    robot.advance(NO_COMMAND, 5.0)
+    assert robot.held
+    assert robot.truth.tilt == pytest.approx(STOP_TILT, abs=0.01)
+    robot.advance(NO_COMMAND, 20.0)
+    assert robot.truth.tilt == pytest.approx(STOP_TILT, abs=0.01)

@@ -21,6 +21,7 @@ from .declarations import (
     declared_values_from,
     named_declarations_of,
     settings_from,
+    with_choices,
 )
 from .parameters import NodeParameters
 
@@ -88,7 +89,7 @@ def declare_controller_parameters(
         ConfigurationError: an initial value that is refused.
     """
     declared = [
-        *declarations_of(BalanceSettings()),
+        *with_choices(declarations_of(BalanceSettings()), "controller", controllers()),
         *declarations_of(ControlSettings()),
         *declarations_of(Robot(), ROBOT),
     ]

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -77,6 +77,16 @@ def declarations_of(
         strings = str in get_args(hints[entry.name])
         found.append(Declaration(name, default, text, limits, choices, read_only, strings))
     return tuple(found)
+
+
+def with_choices(
+    declarations: Iterable[Declaration], name: str, choices: Iterable[str]
+) -> tuple[Declaration, ...]:
+    """Return the declarations, the one of that name with the strings that it may be."""
+    allowed = tuple(choices)
+    return tuple(
+        replace(each, choices=allowed) if each.name == name else each for each in declarations
+    )
 
 
 def named_declarations_of(entry: Filter | Controller) -> tuple[Declaration, ...]:

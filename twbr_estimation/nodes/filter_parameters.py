@@ -15,6 +15,7 @@ from .declarations import (
     declared_values_from,
     named_declarations_of,
     settings_from,
+    with_choices,
 )
 from .parameters import NodeParameters
 
@@ -35,7 +36,8 @@ def declare_filter_parameters(
     Raises:
         ConfigurationError: an initial value that is refused.
     """
-    declared = [*declarations_of(FilterSettings()), *declarations_of(Setup())]
+    settings = with_choices(declarations_of(FilterSettings()), "filter", filters())
+    declared = [*settings, *declarations_of(Setup())]
     for entry in filters().values():
         declared.extend(named_declarations_of(entry))
     return NodeParameters(node, declared, _configuration, apply)

@@ -19,7 +19,7 @@ from ..plants.laddach2022 import PlantState
 from ..robot import Robot
 from ..sensors.error_model import Sextuple, read
 from .disturbances import STEP, disturb, gyro_drift, stream
-from .rig import BALANCING, LYING, LYING_SECONDS, Inputs, RigState, stretch
+from .rig import BALANCING, LYING, LYING_SECONDS, STOP_TILT, Inputs, RigState, stretch
 from .senses import PlanarSenses, Senses, SpatialSenses
 from .sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
 from .simulate import FIRST_STAMP, WHEEL_COUNTS, setups_of
@@ -239,7 +239,7 @@ class SimulatedRobot:
         voltage = 0.0 if self.held else 0.5 * (self._voltages[0] + self._voltages[1])
         state = self._stretch(self._state, inputs, vibration, voltage, self.plant, motion)
         if self._stay_down and state.mode == LYING:
-            state = state._replace(timer=LYING_SECONDS)
+            state = state._replace(timer=LYING_SECONDS, plant=_at_rest_on_a_stop(state.plant))
         self._senses.follow(motion, begin)
         self._state, self._step = state, end
 
@@ -266,6 +266,11 @@ class SimulatedRobot:
             wheels = quantised(wheels, WHEEL_COUNTS, self._zeros)
             reference = float(quantised(np.array(reference), self.world.reference_counts, 0.5))
         return Reading(self.stamp, imu, tuple(wheels.tolist()), reference, truth)
+
+
+def _at_rest_on_a_stop(plant: PlantState) -> PlantState:
+    """Return the plant no deeper than the stop: its small bounces let it sink in as time goes."""
+    return plant._replace(tilt=min(max(plant.tilt, -STOP_TILT), STOP_TILT))
 
 
 def _steps(name: str, seconds: float) -> int:
