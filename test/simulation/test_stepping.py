@@ -147,6 +147,18 @@ def test_a_fallen_robot_is_stood_up_or_stays():
     assert not left.held and left.truth.tilt == 0.0
 
 
+def test_after_the_drawn_time_it_goes_on_without_a_jolt():
+    robot = SimulatedRobot("W4", 3, 0.002, duration=2.0)
+    forces, times = [], []
+    while robot.time < 4.0:  # two seconds drawn, one to close, and on into the next round
+        for reading in robot.advance(NO_COMMAND, 0.002):
+            forces.append(reading.imu[4])
+            times.append(robot.time)
+    near = [abs(force) for force, time in zip(forces, times, strict=True) if 2.9 < time < 3.1]
+    assert len(near) > 90
+    assert max(near) < 1.0  # a jump of the roll would make it 10 m/s^2
+
+
 @pytest.mark.parametrize("command", [(math.nan, 0.0), (1.0,), (0.0, math.inf)])
 def test_what_is_no_command_is_refused(command):
     with pytest.raises(ConfigurationError, match="voltages"):

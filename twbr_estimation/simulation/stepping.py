@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import ConfigurationError
 from ..plants.laddach2022 import PlantState
+from ..recording import FloatArray
 from ..robot import Robot
 from ..sensors.error_model import Sextuple, read
 from .disturbances import STEP, disturb, gyro_drift, stream
@@ -23,10 +24,11 @@ from .rig import BALANCING, LYING, LYING_SECONDS, STOP_TILT, Inputs, RigState, s
 from .senses import PlanarSenses, Senses, SpatialSenses
 from .sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
 from .simulate import FIRST_STAMP, WHEEL_COUNTS, setups_of
-from .turning import straight, turning
+from .turning import Turning, straight, turning
 from .worlds import World, world_named
 
 _PUSH, _SLIP = Inputs._fields.index("push"), Inputs._fields.index("slip")
+_CLOSING_STEPS = round(1.0 / STEP)
 
 
 class Truth(NamedTuple):
@@ -82,7 +84,8 @@ class SimulatedRobot:
             world: one of `WORLDS`, or its name.
             seed: number of the random draw.
             imu_period: between two readings [s], a multiple of `STEP`.
-            duration: for which disturbances are drawn [s]; then they come again.
+            duration: for which disturbances are drawn [s]; then they come again, after a second
+                in which what changes slowly goes back to where it began.
             robot: what the estimator is told of the robot; the defaults where None.
             disturbed: whether pushes, obstacles, slips, slopes and turns come by themselves;
                 vibration and the sensors' errors stay.
@@ -102,7 +105,7 @@ class SimulatedRobot:
         self._stay_down = stay_down
         self.plant = self.true_setup.robot.plant()
         self._errors = imu_errors(self.world, self.world.calibration, seed)
-        self._count = _steps("duration", duration) + 1
+        self._count = _steps("duration", duration) + _CLOSING_STEPS + 1
         self._senses = self._draw(seed, disturbed=disturbed, compiled=compiled)
         self._compiled, self._stretch, self._read_imu = compiled, stretch, read
         if compiled:
@@ -129,6 +132,12 @@ class SimulatedRobot:
             drawn = replace(drawn, slope=np.zeros(steps))
         if spatial:  # each wheel slips by itself
             drawn = replace(drawn, slip=np.zeros(steps))
+        drawn = replace(
+            drawn,
+            slope=_closed(drawn.slope),
+            target=_closed(drawn.target),
+            target_speed=_closed(drawn.target_speed),
+        )
         self._inputs, self._vibration = drawn.inputs(), drawn.vibration
         samples = (steps - 1) // self._every + 1
         self._drift = gyro_drift(world, samples, self._every * STEP, seed).tolist()
@@ -138,7 +147,7 @@ class SimulatedRobot:
         mount = mount_of(robot, world)
         if not spatial:
             return PlanarSenses(robot, mount, compiled=compiled)
-        turns = turning(world, steps, seed) if disturbed else straight(steps)
+        turns = _closed_turns(turning(world, steps, seed)) if disturbed else straight(steps)
         return SpatialSenses(robot, mount, turns, gyro_cross(world, seed))
 
     @property
@@ -271,6 +280,28 @@ class SimulatedRobot:
 def _at_rest_on_a_stop(plant: PlantState) -> PlantState:
     """Return the plant no deeper than the stop: its small bounces let it sink in as time goes."""
     return plant._replace(tilt=min(max(plant.tilt, -STOP_TILT), STOP_TILT))
+
+
+def _closed(values: FloatArray) -> FloatArray:
+    """Return values that end where they begin, by changing their last second, (n,)."""
+    share = np.linspace(0.0, 1.0, _CLOSING_STEPS)
+    share = share * share * (3.0 - 2.0 * share)
+    tail = values[-_CLOSING_STEPS:] * (1.0 - share) + values[0] * share
+    return np.concatenate([values[:-_CLOSING_STEPS], tail])
+
+
+def _closed_turns(turns: Turning) -> Turning:
+    """Return turns that end where they begin, by changing their last second."""
+    roll, last = _closed(turns.roll), slice(-_CLOSING_STEPS, None)
+    roll_rate = turns.roll_rate.copy()
+    roll_rate[last] = np.gradient(roll, STEP)[last]
+    return replace(
+        turns,
+        yaw_rate=_closed(turns.yaw_rate),
+        roll=roll,
+        roll_rate=roll_rate,
+        lift_speed=_closed(turns.lift_speed),
+    )
 
 
 def _steps(name: str, seconds: float) -> int:
