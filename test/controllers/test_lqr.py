@@ -12,7 +12,7 @@ from twbr_estimation.controllers.lqr import Parameters, derive
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.plants.sun2014 import PRINTED, RodParameters, coefficients, matrices
 from twbr_estimation.robot import Robot
-from twbr_estimation.simulation.balance import balance_gains
+from twbr_estimation.simulation.balance import STATE_WEIGHTS, VOLTAGE_WEIGHT, balance_gains
 
 control = pytest.importorskip("control", reason="needs python-control")
 FIRST, SECOND = (1.0, 1.0, 1.0, 1.0), (100.0, 1.0, 100.0, 1.0)
@@ -63,8 +63,9 @@ def test_force_and_voltage_agree_with_the_motors():
 
 
 @pytest.mark.parametrize("period", [0.0005, 0.005, 0.02])
-def test_the_rigs_own_gains_are_those_for_its_mechanics(period):
-    gains, expected = derive(Parameters(), Robot(), period), balance_gains(Robot().plant(), period)
+def test_with_the_rigs_weights_the_gains_are_the_rigs(period):
+    rig = Parameters(*STATE_WEIGHTS, VOLTAGE_WEIGHT)
+    gains, expected = derive(rig, Robot(), period), balance_gains(Robot().plant(), period)
     np.testing.assert_allclose(
         [gains.position, gains.velocity, gains.tilt, gains.rate, gains.pending],
         -np.array(expected),

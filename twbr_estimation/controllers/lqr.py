@@ -36,7 +36,7 @@ class Parameters(NamedTuple):
     ] = 1.0
     voltage_weight: Annotated[
         float, Bounds(1e-6, 1e3, "1/V^2", "Cost of the voltage; larger acts softer", True)
-    ] = 0.058
+    ] = 1.0
     yaw_gain: YawGain = 3.0
     yaw_rate_gain: YawRateGain = 0.3
 
