@@ -1,13 +1,14 @@
-"""A user's own controller on our tilt, in the whole loop: sensors, correction, filter, motors.
+"""A user's own controller on our tilt, in the whole loop: simulator, correction, filter, motors.
 
-The robot's sensors have their errors and their noise; everything is reached by remaps alone.
+All are nodes in lockstep; the robot's sensors have their errors and their noise. Remaps and
+parameters alone reach the controllers, which know nothing of this package.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,62 +17,76 @@ import pytest
 
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
-from twbr_estimation.simulation.stepping import SimulatedRobot
+from twbr_estimation.nodes.simulator_node import SimulatorNode
+from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
+from twbr_estimation.streams.simulator import Disturbance
 
 from . import foreign_controllers
-from .simulated import SimulatedTopics, upright
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "my_balance_controller"
 SEED = 12
 LEAN = 0.4
 """Further than a push leans it, and less than where it falls [rad]."""
-INPUTS = ("imu/data_raw", "joint_states")
+PUSHES = (2.0, -2.0)
+"""One every two seconds [N]."""
+CALIBRATION = {
+    f"calibration__{name}": list(getattr(PAPER_CALIBRATION, name))
+    for name in ("gyro_bias", "accel_bias", "accel_scale_x", "accel_scale_z")
+}
+LOSSLESS = ("imu/data_raw", "imu/data_corrected", "joint_states", "motor/command")
 
 
-class Estimation:
-    """Robot, correction and filter; the controller is yet to come."""
+class Loop:
+    """Simulator, correction and filter with the remaps of a user."""
 
-    def __init__(self, graph: Any, remaps: tuple[str, ...] = (), **parameters: Any) -> None:
+    def __init__(
+        self,
+        graph: Any,
+        *remaps: str,
+        period: float = 0.005,
+        unit: str = "voltage",
+        **joints: str,
+    ) -> None:
         self.graph = graph
-        self.robot = SimulatedRobot("paper", SEED, 0.005, disturbed=False, stay_down=True)
-        self.robot.place(0.02)
-        config = parameters_of(self.robot)
-        common = {"use_sim_time": True, **config, **parameters}
         remapped = ["--ros-args", *(part for each in remaps for part in ("-r", each))]
-        for kind, inputs in ((CorrectionNode, INPUTS), (FilterNode, ("imu/data_corrected",))):
-            options = graph.options(**graph.lossless(*inputs), **common)
-            self.filter = graph.add(kind(cli_args=remapped, **options))
+        lossless: dict[str, Any] = graph.lossless(*LOSSLESS)
+        for each in remaps:  # the quality of service goes by the name that counts
+            lossless |= graph.lossless(each.split(":=")[1].lstrip("/"))
+        robot: dict[str, Any] = {"world": "paper", "seed": SEED, "duration": 8.0, "lockstep": True}
+        if joints:
+            robot["wheel_joints"] = list(joints.values())
+        timing = {"imu_period": 0.005, "control_period": period, "start_tilt": 0.02}
+        self.robot = self._add(
+            SimulatorNode, remapped, **lossless, **robot, **timing, command_unit=unit
+        )
+        known = {"use_sim_time": True, "timeout": 60.0, **lossless, **CALIBRATION, **joints}
+        self._add(CorrectionNode, remapped, **known)
+        self._add(FilterNode, remapped, filter="complementary", **known)
 
-    def drive(self, controller: Any, period: float = 0.005, **options: Any) -> list[float]:
-        """Let the controller balance for six seconds with two pushes; return the true tilts."""
-        self.graph.add(controller)
-        topics = SimulatedTopics(self.graph, self.robot, **options)
+    def _add(self, kind: Any, remapped: list[str], **parameters: Any) -> Any:
+        return self.graph.add(kind(cli_args=remapped, **self.graph.options(**parameters)))
+
+    def lean(self, controller: Any | None) -> float:
+        """Let the controller balance under the pushes; return how far the robot leaned [rad]."""
+        if controller is not None:
+            self.graph.add(controller)
         self.graph.settle()
-        for count in range(1, 101):  # somebody holds the robot until all is running
-            self.robot.place(0.02)
-            topics.run(0.005, wait=False)
-            self.graph.spin_until(lambda count=count: self.filter._counts["samples"] == count)
-        self.graph.spin_until(lambda: bool(topics.commands))
-        tilts = topics.run(2.0, period)
-        self.robot.push(2.0)
-        tilts += topics.run(2.0, period)
-        self.robot.push(-2.0)
-        return tilts + topics.run(2.0, period)
+        simulator, pushes, farthest = self.robot.simulator, list(PUSHES), 0.0
 
+        def over() -> bool:
+            nonlocal farthest
+            farthest = max(farthest, abs(simulator.robot.truth.tilt))
+            time = simulator.robot.time
+            if pushes and time > 2.0 * (1 + len(PUSHES) - len(pushes)):
+                simulator.push(Disturbance(push_force=pushes.pop(0)))
+            return bool(time >= 2.0 * (1 + len(PUSHES)) or simulator.robot.held)
 
-def parameters_of(robot: SimulatedRobot) -> dict[str, Any]:
-    """Return the calibration that the robot's user knows."""
-    calibration = robot.setup.calibration
-    found: dict[str, Any] = {"robot__wheel_radius": robot.setup.robot.wheel_radius}
-    for name in ("gyro_bias", "accel_bias", "accel_scale_x", "accel_scale_y", "accel_scale_z"):
-        values = [float(value) for value in getattr(calibration, name)]
-        if values:
-            found[f"calibration__{name}"] = values
-    return found
+        self.graph.spin_until(over, 90.0)
+        return farthest
 
 
 @pytest.fixture
-def examples(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
+def examples(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], Any]]:
     """Return what imports a module of the example package."""
     monkeypatch.syspath_prepend(str(EXAMPLES))
     yield lambda name: import_module(f"my_balance_controller.{name}")
@@ -83,46 +98,39 @@ def examples(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
     ("module", "kind"), [("on_tilt", "BalanceOnTilt"), ("on_imu", "BalanceOnImu")]
 )
 def test_the_examples_balance(graph: Any, examples: Any, module: str, kind: str) -> None:
-    estimation = Estimation(graph)
+    loop = Loop(graph)
     own = getattr(examples(module), kind)(**graph.options(use_sim_time=True))
-    assert upright(estimation.drive(own), LEAN)
+    assert 0.01 < loop.lean(own) < LEAN
 
 
-def test_a_controller_of_torques_needs_one_remap(graph: Any) -> None:
+def test_a_controller_of_torques_needs_a_remap_and_the_joints_names(graph: Any) -> None:
     """GRACE: `/robot_pitch`, `wheel_left_joint` and `wheel_right_joint`, torques out."""
-    joints = ("wheel_left_joint", "wheel_right_joint")
-    estimation = Estimation(
+    loop = Loop(
         graph,
-        ("tilt:=/robot_pitch",),
-        left_wheel_joint=joints[0],
-        right_wheel_joint=joints[1],
+        "tilt:=/robot_pitch",
+        "motor/command:=/simple_effort_controller/commands",
+        period=0.01,
+        unit="torque",
+        left_wheel_joint="wheel_left_joint",
+        right_wheel_joint="wheel_right_joint",
     )
-    plant = estimation.robot.plant
-    gain = plant.gear_ratio * plant.torque_constant / plant.winding_resistance
-
-    def volts(torques: tuple[float, ...], reading: Any) -> tuple[float, ...]:
-        """Be the motor driver that keeps the torque."""
-        wheel = reading.truth.velocity / plant.wheel_radius - reading.truth.rate
-        back = plant.back_emf_constant * plant.gear_ratio * wheel
-        return tuple(torque / gain + back for torque in torques)
-
     own = foreign_controllers.TorqueOnPitch(**graph.options(use_sim_time=True))
-    out = "/simple_effort_controller/commands"
-    tilts = estimation.drive(own, 0.01, joints=joints, command=out, voltages=volts)
-    assert upright(tilts, LEAN)
+    assert 0.01 < loop.lean(own) < LEAN
 
 
-def test_a_controller_of_an_imu_needs_one_remap(graph: Any) -> None:
-    estimation = Estimation(graph, ("imu/data:=/imu",))
+def test_a_controller_of_an_imu_needs_a_remap(graph: Any) -> None:
+    loop = Loop(graph, "imu/data:=/imu", "motor/command:=/wheel_volts")
     own = foreign_controllers.PidOnImu(**graph.options())
-    assert upright(estimation.drive(own, command="/wheel_volts"), LEAN)
+    assert 0.01 < loop.lean(own) < LEAN
 
 
-def test_without_a_controller_the_robot_falls(graph: Any) -> None:
+def test_a_controller_of_the_wrong_sign_lets_the_robot_fall(graph: Any, examples: Any) -> None:
     """The tests above can fail: nobody holds the robot but its controller."""
-    estimation = Estimation(graph)
-    topics = SimulatedTopics(graph, estimation.robot)
-    assert not upright(topics.run(3.0, wait=False), LEAN)
+    loop = Loop(graph)
+    own = examples("on_imu").BalanceOnImu(**graph.options(use_sim_time=True))
+    drive = own.drive
+    own.drive = lambda voltage: drive(-voltage)
+    assert loop.lean(own) > LEAN
 
 
 @pytest.mark.parametrize(
@@ -132,16 +140,9 @@ def test_without_a_controller_the_robot_falls(graph: Any) -> None:
 )
 def test_they_are_written_without_ours(path: Path) -> None:
     source = path.read_text()
-    assert "twbr_estimation" not in {
-        name.split(".")[0]
-        for node in ast.walk(ast.parse(source))
-        for name in (
-            [alias.name for alias in node.names]
-            if isinstance(node, ast.Import)
-            else [node.module or ""]
-            if isinstance(node, ast.ImportFrom)
-            else []
-        )
-    }
+    tree = list(ast.walk(ast.parse(source)))
+    names = [alias.name for node in tree if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module or "" for node in tree if isinstance(node, ast.ImportFrom)]
+    assert "twbr_estimation" not in {name.split(".")[0] for name in names}
     if path.name.startswith("on_"):
         assert len(source.splitlines()) <= 66, "an example is short enough to read at once"

@@ -165,10 +165,8 @@ class SimulatorNode(Node):
             self._step()
 
     def _graph_is_there(self) -> bool:
-        return (
-            self.count_publishers("motor/command") > 0
-            and self.count_subscribers("imu/data_raw") > 0
-        )
+        commands, sensors = map(self.resolve_topic_name, ("motor/command", "imu/data_raw"))
+        return self.count_publishers(commands) > 0 and self.count_subscribers(sensors) > 0
 
     def _publish(self, reading: Reading) -> None:
         stamp = reading.stamp
