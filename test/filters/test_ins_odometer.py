@@ -259,3 +259,14 @@ def test_on_a_motor_shaft_it_beats_a_tuned_complementary_filter(
     first = int(log.recording.imu.stamps[0]) + 60_000_000_000
     association = Association(log.recording.reference)
     assert score(track.stamps, track.tilt, association, first).mse_deg2 < limit
+
+
+def test_without_wheels_a_slow_robot_recovers_sooner() -> None:
+    slow, fast = [], []
+    for seed in UNSEEN:
+        track, setup, truth = drive("W1", seed)
+        track = changed(track, "wheel_count", slice(None), 0.0)
+        any_speed = ENTRY.configure({"speed": 100.0})
+        slow.append(mse_deg2(run(track, setup).tilt - truth))
+        fast.append(mse_deg2(run_filter(ENTRY, any_speed, track, setup.robot).tilt - truth))
+    assert np.mean(slow) < 0.98 * np.mean(fast)

@@ -135,11 +135,22 @@ class Parameters(NamedTuple):
             "tells. Smaller trusts the accelerometer sooner.",
             logarithmic=True,
         ),
-    ] = 0.4
+    ] = 0.5
     room_time: Annotated[
         float,
         Bounds(0.1, 1e3, "s", "Time over which a displacement is forgotten.", logarithmic=True),
     ] = 10.0
+    speed: Annotated[
+        float,
+        Bounds(
+            0.01,
+            100.0,
+            "m/s",
+            "How fast the robot is where no wheel tells. Smaller recovers sooner from a fall and "
+            "takes more of an acceleration for tilt.",
+            logarithmic=True,
+        ),
+    ] = 1.0
 
 
 class Coefficients(NamedTuple):
@@ -170,6 +181,7 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         wheel_noise=parameters.wheel_noise,
         slip=parameters.slip,
         room=parameters.room,
+        speed=parameters.speed,
         # A displacement stays alike for `room_time`: one comparison within it is news.
         room_share=min(ROOM_PERIOD / parameters.room_time, 1.0),
     )

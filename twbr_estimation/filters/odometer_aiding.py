@@ -65,6 +65,8 @@ class Geometry(NamedTuple):
     slip: float
     room: float
     """Standard deviation of a displacement [m]."""
+    speed: float
+    """Standard deviation of a velocity [m/s]."""
     room_share: float
     """Share of a correction that the gyro's gains take where only the room corrects."""
 
@@ -247,7 +249,7 @@ def observe_room(
     slow: float,
     geometry: Geometry,
 ) -> None:
-    """A balancing robot stays about where it was; wheels know better along the heading."""
+    """A balancing robot stays about where it was, and is slow; wheels know better."""
     x, y, z = nav.position
     forward, left = heading_of(now.body)
     gains, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
@@ -257,6 +259,10 @@ def observe_room(
     if wheels == 0.0:
         ahead = _displaced(forward, left, 0.0)
         observe(p, error, ahead, -(x * forward + y * left), room * room, slow, gains)
+        variance = geometry.speed * geometry.speed
+        for axis in range(VELOCITY, VELOCITY + 3):
+            moving = Slopes((axis, axis, axis, axis), (1.0, 0.0, 0.0, 0.0))
+            observe(p, error, moving, -nav.velocity[axis - VELOCITY], variance, slow, gains)
 
 
 def _displaced(x: float, y: float, z: float) -> Slopes:
