@@ -1,0 +1,135 @@
+"""What a sample costs `ins_odometer`, compiled and interpreted, beside peers in one run.
+
+    pip install .[peers]
+    python bench/bench_navigation.py
+
+Peers are VQF's offline filter, which is C++ and knows neither wheels nor its own errors, and the
+two products F P F' of a Kalman filter of as many states written with numpy, as filterpy does. All
+are taken in turns; the least time counts, since other work on the machine only adds. Ratios hold
+on other machines, microseconds do not.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.filters import filter_named
+from twbr_estimation.filters.error_state import STATES
+from twbr_estimation.pairing import pair
+from twbr_estimation.robot import Setup
+from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.simulation import simulate
+
+WORLDS = (("W1", "one wheel"), ("W1", "no wheel"), ("W4", "two wheels"))
+PERIODS = (0.001, 0.002, 0.005, 0.01, 0.02)
+SAMPLES = 1000
+ROUNDS = 200
+SEED = 701
+REQUIRED = 1.0
+"""Microseconds a sample at most, compiled."""
+ENTRY = filter_named("ins_odometer")
+
+
+def drive(world: str, wheels: str, period: float) -> tuple[CorrectedTrack, Setup]:
+    """Return the first samples of a drive that are past the start."""
+    made = simulate(world, period, 10.0 + SAMPLES * period, SEED)
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    columns = np.ascontiguousarray(track.columns[:, -SAMPLES:])
+    if wheels == "no wheel":
+        columns[CorrectedSample._fields.index("wheel_count")] = 0.0
+    return CorrectedTrack(track.stamps[-SAMPLES:], columns), made.setup
+
+
+def least(runs: dict[Any, Callable[[], object]]) -> dict[Any, float]:
+    """Return the least time of each [s], taken in turns."""
+    found = dict.fromkeys(runs, np.inf)
+    for run in runs.values():
+        run()
+    for _ in range(ROUNDS):
+        for name, run in runs.items():
+            begin = time.perf_counter()
+            run()
+            found[name] = min(found[name], time.perf_counter() - begin)
+    return found
+
+
+def compiled(cases: dict[tuple[str, str, float], tuple[CorrectedTrack, Setup]]) -> None:
+    """Print the time of a compiled sample."""
+    runs: dict[Any, Callable[[], object]] = {
+        case: partial(run_filter, ENTRY, ENTRY.configure(), track, setup.robot)
+        for case, (track, setup) in cases.items()
+    }
+    runs["VQF"] = vqf_run(*cases["W1", "one wheel", 0.005])
+    taken = {name: 1e6 * seconds / SAMPLES for name, seconds in least(runs).items()}
+    peer = taken.pop("VQF")
+    print(f"compiled, least of {ROUNDS} runs of {SAMPLES} samples; VQF {peer:.2f} us a sample")
+    for (world, wheels, period), own in taken.items():
+        judged = "" if own <= REQUIRED else f"  more than {REQUIRED:g} us"
+        print(
+            f"  {world} {wheels:10} {1e3 * period:2.0f} ms: {own:5.2f} us, "
+            f"{own / peer:.2f} times VQF{judged}"
+        )
+
+
+def vqf_run(track: CorrectedTrack, setup: Setup) -> Callable[[], object]:
+    """Return a run of VQF's offline filter over the same samples."""
+    import vqf
+
+    del setup
+    gyro, accel = (
+        np.column_stack([track.field(f"{sensor}_{axis}") for axis in "xyz"])
+        for sensor in ("gyro", "accel")
+    )
+    return lambda: vqf.offlineVQF(gyro, accel, None, 0.005)
+
+
+def interpreted(cases: dict[tuple[str, str, float], tuple[CorrectedTrack, Setup]]) -> None:
+    """Print the time of a live step: mean and 99th percentile of each sample's least time."""
+    random = np.random.default_rng(0)
+    f, p = random.normal(size=(2, STATES, STATES))
+    products = 1e6 * least({0: lambda: f @ p @ f.T})[0]
+    print(f"live, least of 20 runs of each sample; F P F' in numpy takes {products:.1f} us")
+    for (world, wheels, period), (track, setup) in cases.items():
+        steps = 1e6 * live_steps(track, setup)
+        mean, p99 = float(np.mean(steps)), float(np.percentile(steps, 99))
+        print(
+            f"  {world} {wheels:10} {1e3 * period:2.0f} ms: mean {mean:4.0f}, p99 {p99:4.0f} us; "
+            f"{mean / products:.1f} and {p99 / products:.1f} times F P F'"
+        )
+
+
+def live_steps(track: CorrectedTrack, setup: Setup) -> np.ndarray:
+    """Return the least time of each sample's step [s]."""
+    coefficients = ENTRY.derive(ENTRY.configure(), setup.robot)
+    first, *samples = (CorrectedSample(*column) for column in track.columns.T.tolist())
+    found = np.full(len(samples), np.inf)
+    for _ in range(20):
+        state = ENTRY.reset(TiltEstimate(first.angle, first.gyro_y), first, coefficients)
+        for index, sample in enumerate(samples):
+            begin = time.perf_counter()
+            state = ENTRY.step(state, sample, coefficients)
+            found[index] = min(found[index], time.perf_counter() - begin)
+    return found
+
+
+def main() -> int:
+    try:
+        import vqf  # noqa: F401
+    except ImportError:
+        print("ins_odometer's cost: VQF is not installed, so there is no peer to compare with")
+        return 0
+    cases = {(*which, period): drive(*which, period) for which in WORLDS for period in PERIODS}
+    compiled(cases)
+    interpreted(cases)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
