@@ -8,6 +8,7 @@ heading (trapezoidal rule, coning included).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..samples import STANDARD_GRAVITY, CorrectedSample
@@ -24,6 +25,7 @@ from .error_state import (
     VELOCITY,
     WHEEL_RADIUS,
     Array,
+    numbers_of,
 )
 from .strapdown import (
     Matrix,
@@ -251,28 +253,28 @@ def _push_noise(variance: float, jump: float, dt: float) -> float:
 
 def repaired(nav: Navigation, error: Array) -> Navigation:
     """Return the navigation freed of an estimated error vector."""
-    turn = (float(error[0]), float(error[1]), float(error[2]))
+    e = numbers_of(error)
     return Navigation(
-        product(rotation_of(turn), nav.attitude),
-        _plus(nav.velocity, error, VELOCITY),
-        _plus(nav.position, error, POSITION),
-        nav.distance + float(error[DISTANCE]),
-        _plus(nav.gyro_bias, error, GYRO_BIAS),
-        _plus(nav.gyro_gain, error, GYRO_GAIN),
-        _plus(nav.accel_bias, error, ACCEL_BIAS),
-        nav.excess + float(error[EXCESS]),
-        nav.lever_up + float(error[LEVER_UP]),
-        nav.wheel_radius + float(error[WHEEL_RADIUS]),
-        nav.gyro_cross + float(error[GYRO_CROSS]),
-        (nav.bend[0] + float(error[BEND]), nav.bend[1] + float(error[BEND + 1])),
+        product(rotation_of((e[0], e[1], e[2])), nav.attitude),
+        _plus(nav.velocity, e, VELOCITY),
+        _plus(nav.position, e, POSITION),
+        nav.distance + e[DISTANCE],
+        _plus(nav.gyro_bias, e, GYRO_BIAS),
+        _plus(nav.gyro_gain, e, GYRO_GAIN),
+        _plus(nav.accel_bias, e, ACCEL_BIAS),
+        nav.excess + e[EXCESS],
+        nav.lever_up + e[LEVER_UP],
+        nav.wheel_radius + e[WHEEL_RADIUS],
+        nav.gyro_cross + e[GYRO_CROSS],
+        (nav.bend[0] + e[BEND], nav.bend[1] + e[BEND + 1]),
     )
 
 
-def _plus(vector: Vector, error: Array, first: int) -> Vector:
+def _plus(vector: Vector, numbers: Sequence[float], first: int) -> Vector:
     return (
-        vector[0] + float(error[first]),
-        vector[1] + float(error[first + 1]),
-        vector[2] + float(error[first + 2]),
+        vector[0] + numbers[first],
+        vector[1] + numbers[first + 1],
+        vector[2] + numbers[first + 2],
     )
 
 
