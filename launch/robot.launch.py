@@ -1,7 +1,8 @@
-"""The estimation of a robot: drivers, correction, filter; on request its evaluation.
+"""The estimation of a robot: drivers, correction, filter; on request controller and evaluation.
 
 ros2 launch twbr_estimation robot.launch.py
 ros2 launch twbr_estimation robot.launch.py config:=/home/pi/my_robot compare:=all
+ros2 launch twbr_estimation robot.launch.py controller:=lqr
 ros2 launch twbr_estimation robot.launch.py simulated:=true reference:=true
 """
 
@@ -42,6 +43,7 @@ ARGUMENTS = (
     argument("encoder_params", str(CONFIG / "encoders.yaml"), "Parameter file of encoder_node."),
     argument("filter", "", "Filter whose estimate is published; empty: as filters.yaml says."),
     argument("compare", "", "Filters beside it on tilt/compare: NAME,NAME or all; empty: none."),
+    argument("controller", "", "Controller that balances with the estimate; empty: none runs."),
     argument(
         "reference", "false", "Read a reference encoder and evaluate against it.", switch=True
     ),
@@ -71,6 +73,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             node("correction_node", config),
             node("filter_node", [*config, chosen]),
         ]
+    if given["controller"]:
+        found.append(node("controller_node", [*config, {"controller": given["controller"]}]))
     if given["reference"] == "true":
         found.append(node("encoder_node", encoders, name="reference_encoder_node"))
         found.append(node("evaluator_node", []))

@@ -53,6 +53,7 @@ def test_a_robot_starts_what_is_asked_for() -> None:
     assert started(path) == separate
     assert started(path, reference="true") == [*separate, "encoder_node", "evaluator_node"]
     assert started(path, composed="true", compare="all") == ["estimation_node"]
+    assert started(path, controller="lqr") == [*separate, "controller_node"]
 
 
 def test_a_replay_starts_the_whole_graph(tmp_path: Path) -> None:
