@@ -170,3 +170,12 @@ def test_a_simulated_reference_knows_where_upright_is() -> None:
     )
     (encoder,) = open_encoders(settings, lambda: clock)
     assert encoder.read(clock).position == pytest.approx(swing_tilt(0.3), abs=0.004)
+
+
+def test_simulated_wheels_turn_together_whatever_the_signs_of_the_robot(clock: Any) -> None:
+    settings = JointEncoderSettings(simulated=True, signs=(1, -1))
+    left, right = open_encoders(settings, clock)
+    turns = [_run(each, clock, 0.3)[-1].position for each in (left, right)]
+    assert turns[0] != 0.0
+    again = [each.read(clock()).position for each in (left, right)]
+    assert again[0] == again[1]

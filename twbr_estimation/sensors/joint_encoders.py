@@ -105,6 +105,8 @@ def open_encoders(
 ) -> list[Encoder]:
     """Open one encoder a joint; where one fails, none stays open.
 
+    Simulated counts rise forward, whatever `signs` says of the robot's.
+
     Args:
         settings: Which encoders.
         clock: Time [ns], for simulated counters.
@@ -115,8 +117,9 @@ def open_encoders(
     """
     encoders: list[Encoder] = []
     try:
-        for index, sign in enumerate(settings.signs[: len(settings.joints)]):
+        for index in range(len(settings.joints)):
             counter = counters[index] if counters else _counter(index, settings, clock)
+            sign = 1 if settings.simulated else settings.signs[index]
             encoders.append(Encoder(counter, settings.encoder, sign, _start_angle(settings, clock)))
     except OSError as error:
         raise SensorError(f"{settings.joints[len(encoders)]}: {error}") from None
