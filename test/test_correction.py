@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbr_estimation import batch
+from twbr_estimation import batch, correction
 from twbr_estimation.correction import Corrector
-from twbr_estimation.pairing import SampleTrack
+from twbr_estimation.pairing import SampleTrack, pair
+from twbr_estimation.recording import Recording
 from twbr_estimation.robot import (
     Calibration,
     CorrectionSettings,
@@ -19,6 +20,7 @@ from twbr_estimation.robot import (
     Setup,
 )
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, Sample
+from twbr_estimation.simulation.spinning import EDUMIP_ROBOT, SpinSensor, spin
 
 DT = 1e-4
 TIME = np.arange(0.0, 4.0, DT)
@@ -182,3 +184,62 @@ def test_any_stable_time_constant_is_accepted(time_constant: float) -> None:
         sample = corrector.step(upright(dt=0.02, wheel_angle=0.1 * (count > 0), wheel_count=1.0))
     assert isinstance(sample, CorrectedSample)
     assert sample.angle == pytest.approx(0.0, abs=1e-6)
+
+
+def turned(lever: tuple[float, float, float], **limits: float) -> tuple[Recording, Setup]:
+    """Return a spin at 10 rad/s seen by a perfect IMU off the axle, and its robot."""
+    robot = replace(EDUMIP_ROBOT, lever_arm=lever)
+    spun = spin(10.0, SpinSensor(0.0, gyro_noise=1e-9, accel_noise=1e-9), 8.0, 1, robot)
+    smooth = CorrectionSettings(rate_time_constant=0.0, velocity_time_constant=0.0)
+    return spun.recording, Setup(replace(robot, **limits), correction=smooth)
+
+
+def turned_error(recording: Recording, setup: Setup, **terms: bool) -> np.ndarray:
+    chosen = replace(setup, correction=replace(setup.correction, **terms))
+    found = batch.correct(pair(recording.imu, recording.wheels), chosen).field("angle")
+    assert recording.reference is not None
+    return (found - recording.reference.tilt)[1000:]
+
+
+@pytest.mark.parametrize("lever", [(0.0157, 0.0, 0.046), (-0.02, 0.03, 0.08)])
+def test_a_turn_leaves_no_trace_in_the_angle(lever: tuple[float, float, float]) -> None:
+    recording, setup = turned(lever)
+    without = turned_error(recording, setup, yaw=False, wheel=False)
+    within = turned_error(recording, setup, wheel=False)
+    assert abs(without.mean()) > 0.1
+    assert abs(within.mean()) < 0.005  # what is left are the wheels' accelerations, which average
+
+
+def test_a_saturated_yaw_gyro_is_replaced_by_the_wheels() -> None:
+    recording, setup = turned((0.0157, 0.0, 0.046), gyro_range=math.radians(250.0))
+    limit = setup.robot.gyro_range
+    imu = replace(recording.imu, gyro=np.clip(recording.imu.gyro, -limit, limit))
+    clipped = replace(recording, imu=imu)
+    assert abs(turned_error(clipped, setup, wheel=False).mean()) < 0.005
+    blind = replace(setup, robot=replace(setup.robot, track_width=0.0))
+    assert abs(turned_error(clipped, blind, wheel=False).mean()) > 0.05
+
+
+def test_with_one_encoder_turning_changes_nothing() -> None:
+    recording, setup = turned((0.0157, 0.0, 0.046))
+    assert recording.wheels is not None
+    one = replace(recording.wheels, angle=recording.wheels.angle.mean(axis=1, keepdims=True))
+    single = replace(recording, wheels=one)
+    np.testing.assert_array_equal(
+        turned_error(single, setup), turned_error(single, setup, yaw=False)
+    )
+
+
+def test_the_terms_of_turning_are_those_of_a_rigid_body() -> None:
+    random = np.random.default_rng(5)
+    for roll, pitch, yaw, roll_turn, pitch_turn, yaw_turn, x, y, z in random.normal(size=(20, 9)):
+        arm, rate = np.array([x, y, z]), np.array([roll, pitch, yaw])
+        turn = np.array([roll_turn, pitch_turn, yaw_turn])
+        felt = np.cross(turn, arm) + np.cross(rate, np.cross(rate, arm))
+        setup = Setup(Robot(lever_arm=(x, y, z)))
+        forward, up = correction._felt_turning(
+            roll, pitch, yaw, roll_turn, yaw_turn, correction.derive(setup)
+        )
+        forward += pitch_turn * z - pitch * pitch * x  # (14), (15)
+        up -= pitch * pitch * z + pitch_turn * x
+        np.testing.assert_allclose([forward, up], felt[[0, 2]], atol=1e-12)

@@ -55,6 +55,10 @@ class Coefficients(NamedTuple):
     euler: float
     centrifugal: float
     wheel: float
+    yaw: float
+    lever_left: float
+    yaw_per_difference: float
+    """Yaw rate per difference of the wheels' rates; 0 where the track width is unknown."""
 
 
 class State(NamedTuple):
@@ -70,6 +74,11 @@ class State(NamedTuple):
     """Encoder angle one sample ago [rad]."""
     wheel_known: float
     """0: no wheel; 1: the angle is known; 2: the velocity is known, too."""
+    wheel_difference: float
+    """Right minus left encoder angle one sample ago [rad]."""
+    roll_rate: float
+    """Rates about the body's x and z axes after the low-pass (16); 0 without two encoders."""
+    yaw_rate: float
 
 
 def derive(setup: Setup) -> Coefficients:
@@ -99,6 +108,9 @@ def derive(setup: Setup) -> Coefficients:
         euler=float(settings.euler),
         centrifugal=float(settings.centrifugal),
         wheel=float(settings.wheel),
+        yaw=float(settings.yaw),
+        lever_left=robot.lever_arm[1],
+        yaw_per_difference=robot.wheel_radius / robot.track_width if robot.track_width else 0.0,
     )
 
 
@@ -211,7 +223,22 @@ def start(sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:
     body = _calibrate(sample, c)
     corrected = _with_angle(body, -body.accel_x, body.accel_z, 0.0)
     known = _WHEEL_VELOCITY if sample.wheel_count > 0.0 else _NO_WHEEL
-    return State(corrected.angle, body.gyro_y, 0.0, sample.wheel_angle, known), corrected
+    two = 1.0 if _turns(sample, c) else 0.0
+    return State(
+        corrected.angle,
+        body.gyro_y,
+        0.0,
+        sample.wheel_angle,
+        known,
+        sample.wheel_difference,
+        two * body.gyro_x,
+        two * body.gyro_z,
+    ), corrected
+
+
+def _turns(sample: Sample, c: Coefficients) -> bool:
+    """Return whether the terms of turning are taken out."""
+    return c.yaw > 0.0 and sample.wheel_count == 2.0
 
 
 def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:
@@ -239,8 +266,56 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
         forward = (velocity - state.velocity) / sample.dt * c.wheel  # (20)
     back = -body.accel_x + euler + forward * math.cos(state.angle)  # (21), numerator of (13)
     up = body.accel_z + centrifugal - forward * math.sin(state.angle)
+    roll_rate, yaw_rate = 0.0, 0.0
+    if _turns(sample, c):
+        roll, yaw = _turning(state, sample, body, c)
+        share, settled = sample.dt / (sample.dt + c.rate_time_constant), c.euler
+        roll_rate, yaw_rate = state.roll_rate, state.yaw_rate
+        if state.wheel_known == _NO_WHEEL:  # the second encoder comes in: no past to differ from
+            roll_rate, yaw_rate, settled = roll, yaw, 0.0
+        roll_change, yaw_change = share * (roll - roll_rate), share * (yaw - yaw_rate)
+        roll_rate, yaw_rate = roll_rate + roll_change, yaw_rate + yaw_change  # (16)
+        roll_turn, yaw_turn = settled * roll_change / sample.dt, settled * yaw_change / sample.dt
+        forward_turn, up_turn = _felt_turning(roll, body.gyro_y, yaw, roll_turn, yaw_turn, c)
+        back += forward_turn
+        up -= up_turn
     corrected = _with_angle(body, back, up, state.angle)
-    return State(corrected.angle, rate, velocity, sample.wheel_angle, known), corrected
+    return State(
+        corrected.angle,
+        rate,
+        velocity,
+        sample.wheel_angle,
+        known,
+        sample.wheel_difference,
+        roll_rate,
+        yaw_rate,
+    ), corrected
+
+
+def _turning(
+    state: State, sample: Sample, body: CorrectedSample, c: Coefficients
+) -> tuple[float, float]:
+    """Return the rates about the body's x and z axes; from the wheels where the gyro saturates."""
+    largest = max(abs(sample.gyro_x), abs(sample.gyro_z))
+    known = state.wheel_known > _NO_WHEEL and c.yaw_per_difference > 0.0
+    if largest < c.gyro_limit or not known:
+        return body.gyro_x, body.gyro_z
+    turned = sample.wheel_difference - state.wheel_difference
+    heading_rate = c.yaw_per_difference * turned / sample.dt
+    return -heading_rate * math.sin(state.angle), heading_rate * math.cos(state.angle)
+
+
+def _felt_turning(
+    roll: float, pitch: float, yaw: float, roll_turn: float, yaw_turn: float, c: Coefficients
+) -> tuple[float, float]:
+    """Return what turning adds to the IMU's acceleration, forward and up [m/s^2].
+
+    These are the terms of omega x (omega x arm) + omega' x arm that (14) and (15) have not.
+    """
+    x, y, z = c.lever_forward, c.lever_left, c.lever_up
+    forward = roll * (pitch * y + yaw * z) - yaw * yaw * x - yaw_turn * y
+    up = yaw * (roll * x + pitch * y) - roll * roll * z + roll_turn * y
+    return forward, up
 
 
 def _wheel_velocity(

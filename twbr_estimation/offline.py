@@ -26,7 +26,7 @@ from .yaml_files import read_settings, read_setup
 
 CONFIG_FOLDER = "config"
 """Folder inside a recording that describes its robot."""
-TERMS = ("euler", "centrifugal", "wheel")
+TERMS = ("euler", "centrifugal", "wheel", "yaw")
 """Motion terms of the correction that can be switched off."""
 _DEFAULT_ROBOT = "geometry is that of `Robot`'s defaults, calibration none"
 NOTEWORTHY_SATURATION = 0.001

@@ -190,6 +190,8 @@ class CorrectionSettings:
     """Remove the centrifugal acceleration (14)."""
     wheel: bool = True
     """Remove the acceleration of the wheels (18)-(21)."""
+    yaw: bool = True
+    """Remove what turning adds to an IMU off the axle, on robots with two wheel encoders."""
     dt: float = 0.0
     """Sampling period the time constants were tuned at [s]; 0 where unknown."""
 

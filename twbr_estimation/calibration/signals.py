@@ -93,7 +93,7 @@ def signals_of(recording: Recording, setup: Setup) -> Signals:
     start = int(recording.imu.stamps[0])
     reference = _required_reference(recording)
     wheels, calibration = recording.wheels, setup.calibration
-    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False)
+    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False, yaw=False)
     samples = pair(recording.imu, wheels)
     corrected = batch.correct(samples, replace(setup, correction=still))
     stamps = _seconds(recording.imu.stamps, start)

@@ -129,7 +129,7 @@ def motion_of(recording: Recording, setup: Setup, options: Options) -> Motion:
 
 def uncorrected(setup: Setup) -> Setup:
     """Return a setup whose angle is plainly that of the readings."""
-    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False)
+    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False, yaw=False)
     return Setup(setup.robot, Calibration(), still)
 
 

@@ -65,7 +65,10 @@ The yaw EKF owes its good figure to misprints: with the terms of the squared yaw
 printed in (46), (47) the offset's effect nearly cancels, with the right ones it does not. And
 neither survives a gyro that feels some of the spin, from .2 % cross-axis or .012 rad of roll
 and pitch between IMU and body: it takes the tilt for turning. The filter that calibrates itself
-learns gyro bias, cross-axis share, accelerometer bias and offset, and loses nothing.
+learns gyro bias, cross-axis share, accelerometer bias and offset, and loses nothing. And
+who knows where the IMU sits needs no model: the paper's complementary filter behind the
+correction, which takes the terms of turning out, beats every printed filter with an IMU that is
+only in the wrong place.
 The chip's own DMP cannot be simulated; recordings with one are evaluated with
 `--estimator dmp=TOPIC`.""",
     "kalman_process_noise": """\

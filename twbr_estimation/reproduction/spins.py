@@ -27,7 +27,7 @@ SENSORS: Mapping[str, SpinSensor] = {
     "and .012 rad mounting": SpinSensor(gyro_cross_axis=0.002, mounting_error=0.012),
 }
 """What is wrong with the IMU, each with all that is wrong with the one before."""
-PLAIN = CorrectionSettings(euler=False, centrifugal=False, wheel=False)
+PLAIN = CorrectionSettings(euler=False, centrifugal=False, wheel=False, yaw=False)
 """The paper's complementary filters take the accelerometer as it is."""
 
 
@@ -38,6 +38,8 @@ class Row(NamedTuple):
     values: Mapping[str, float]
     printed: str = ""
     """Its row in Table III; none where it is ours."""
+    corrected: bool = False
+    """Whether it is told where the IMU sits, and the correction takes all motion terms out."""
 
 
 def rows() -> dict[str, Row]:
@@ -53,6 +55,7 @@ def rows() -> dict[str, Row]:
         "planar KF (`dynamic_planar`)": Row("dynamic_planar", {}, "planar"),
         "yaw EKF as printed (`dynamic_yaw`)": Row("dynamic_yaw", printed, "yaw"),
         "yaw EKF, right terms (`dynamic_yaw`)": Row("dynamic_yaw", {}),
+        "complementary, corrected (`complementary_lagged`)": Row(lagged, {}, corrected=True),
         "calibrating EKF (`dynamic_calibrating`)": Row("dynamic_calibrating", {}),
     }
 
@@ -93,14 +96,21 @@ def spin_errors(
 ) -> dict[str, float]:
     """Return the rms error of every estimator on one spin, once it has settled [rad]."""
     spun = spin(yaw_rate, sensor, duration, seed)
-    setup = replace(spun.setup, correction=PLAIN)
     recording, reference = spun.recording, spun.recording.reference
     assert reference is not None
-    corrected = correct(pair(recording.imu, recording.wheels, motors=recording.motors), setup)
+    samples = pair(recording.imu, recording.wheels, motors=recording.motors)
+    x, y, z = spun.setup.robot.lever_arm
+    informed = replace(spun.setup.robot, lever_arm=(x + sensor.offset, y, z))
+    setups = {
+        False: replace(spun.setup, correction=PLAIN),
+        True: replace(spun.setup, robot=informed),
+    }
+    tracks = {told: correct(samples, setup) for told, setup in setups.items()}
     first = round(SETTLING_SHARE * reference.tilt.size)
     errors = {}
     for name, row in rows().items():
-        error = _tilt(row, corrected, setup) - reference.tilt
+        told = row.corrected
+        error = _tilt(row, tracks[told], setups[told]) - reference.tilt
         errors[name] = float(np.sqrt(np.mean(np.square(error[first:]))))
     return errors
 

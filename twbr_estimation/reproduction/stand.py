@@ -80,7 +80,7 @@ def _recorded(scene: str, seed: int, plan: Plan) -> TuningSet:
     setup = replace(
         made.setup,
         calibration=replace(made.setup.calibration, gyro_bias=(0.0, 0.0, 0.0)),
-        correction=CorrectionSettings(euler=False, centrifugal=False, wheel=False),
+        correction=CorrectionSettings(euler=False, centrifugal=False, wheel=False, yaw=False),
     )
     return prepare(made.recording, setup, SETTLED)
 

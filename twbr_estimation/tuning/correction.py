@@ -80,7 +80,7 @@ def tune_correction(
 
 def raw_mse(sets: Sequence[TuningSet]) -> float:
     """Return the MSE of the angle with no correction of motion, mean over recordings [deg^2]."""
-    off = replace(sets[0].setup.correction, euler=False, centrifugal=False, wheel=False)
+    off = replace(sets[0].setup.correction, euler=False, centrifugal=False, wheel=False, yaw=False)
     return corrected_mse(sets, off)
 
 
