@@ -10,7 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from twbr_estimation.batch import correct, run_filter
@@ -208,3 +208,20 @@ def test_a_missing_transform_message_is_said_not_fatal(graph: Any, sensors: Any)
     graph.spin_until(
         lambda: any("tf2_msgs is not installed" in s.message for m in diagnostics for s in m.status)
     )
+
+
+def test_motor_commands_are_heard_once_a_filter_uses_them(graph: Any) -> None:
+    node = filter_in(graph, filter="complementary")
+    graph.settle()
+    assert graph.probe.count_subscribers("motor/command") == 0
+    assert node.set_parameters([Parameter("filter", value="dynamic_planar")])[0].successful
+    publisher = graph.probe.create_publisher(Float64MultiArray, "motor/command", 10)
+    graph.spin_until(lambda: publisher.get_subscription_count() == 1)
+    heard: list[Any] = []
+    node.pass_motors = heard.append
+    for voltages in ([1.0, 4.0], [1.0, 2.0, 3.0], [-2.0]):
+        publisher.publish(Float64MultiArray(data=voltages))
+    graph.spin_until(lambda: len(heard) == 2)
+    assert [command[1:] for command in heard] == [(2.5, 3.0, 2.0), (-2.0, 0.0, 1.0)]
+    now = node.get_clock().now().nanoseconds
+    assert 0 <= now - heard[0].stamp < 5_000_000_000

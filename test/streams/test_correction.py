@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import correct
-from twbr_estimation.pairing import WheelReading, pair
+from twbr_estimation.pairing import WheelReading, motor_command, pair
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import RESTART_GAP, CorrectedSample
 from twbr_estimation.streams.corrected import CorrectedStream, has_angle, imu_values
@@ -157,3 +157,24 @@ def test_corrected_messages_without_their_wheels_pass_at_once() -> None:
         assert received.dt == pytest.approx(0.001 * (index > 0))
     assert stream.add_imu(stamp, values) == []
     assert stream.imu_guard.counts == {"repeated_stamp": 1}
+
+
+def test_corrected_messages_get_the_command_before_them() -> None:
+    stream, raw = CorrectedStream(), CorrectionStream(Setup(), wait=0.0)
+    stream.paired = True
+    sample = CorrectedSample(*[0.1] * len(CorrectedSample._fields))
+    values = tuple(imu_values(sample, 0.1, 0.2, 0.3))
+    for each in (stream, raw):
+        each.add_motors(motor_command(10**9, [1.0, 4.0]))
+        each.add_motors(motor_command(2 * 10**9, [3.0]))
+    found = []
+    for stamp in (10**9, 10**9 + 1, 2 * 10**9, 2 * 10**9 + 1):
+        found += stream.add_imu(stamp, values) + stream.flush()
+    assert [each[18:] for _, each in found] == [
+        (0.0, 0.0, 0.0),
+        (2.5, 3.0, 2.0),
+        (2.5, 3.0, 2.0),
+        (3.0, 0.0, 1.0),
+    ]
+    ((_, corrected),) = raw.add_imu(10**9 + 1, (0.0, 0.0, 0.0, 0.0, 0.0, 9.8)) + raw.flush()
+    assert corrected[18:] == (2.5, 3.0, 2.0)
