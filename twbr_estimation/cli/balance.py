@@ -31,7 +31,7 @@ ALL = "all"
 LARGEST_FACTOR = 10.0
 """Of the pushes."""
 _COLUMNS = (
-    ("upright\n[%]", "upright", 100.0, "{:.1f}"),
+    ("up\n[%]", "upright", 100.0, "{:.1f}"),
     ("falls", "falls", 1.0, "{:.1f}"),
     ("tilt\n[deg]", "rms_tilt", math.degrees(1.0), "{:.2f}"),
     ("error\n[deg]", "rms_error", math.degrees(1.0), "{:.2f}"),
@@ -201,9 +201,11 @@ def _table(title: str, entries: Sequence[Standings], duration: float, source: st
         title=escape(f"{title}: mean over {seeds} runs of {duration:g} s; {source}"),
         title_justify="left",
         box=SIMPLE_HEAD,
+        pad_edge=False,
+        collapse_padding=True,
     )
     table.add_column("estimator", no_wrap=True)
-    table.add_column("no fall", justify="right", no_wrap=True)
+    table.add_column("no\nfall", justify="right", no_wrap=True)
     for heading, *_ in _COLUMNS:
         table.add_column(escape(heading), justify="right", no_wrap=True)
     for entry in sorted(entries, key=lambda each: (-each.mean["upright"], each.mean["rms_tilt"])):
