@@ -1,16 +1,17 @@
 """Balance on `imu/data` and `joint_states`: orientation, rate and stamp in one message."""
 
 import math
+from contextlib import suppress
 
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 
 RADIUS = 0.0375  # of a wheel [m]
 POSITION, VELOCITY, TILT, RATE = 3.6, 18.8, 22.0, 2.7  # gains, in V per m, m/s, rad, rad/s
-LIMIT, FALLEN, TIMEOUT = 12.0, 0.6, 0.1  # V, rad, s
-SMOOTHING = 0.01  # of the speed [s]
+LIMIT, FALLEN, TIMEOUT, SMOOTHING = 12.0, 0.6, 0.1, 0.01  # V, rad, s, s
 
 
 class BalanceOnImu(Node):
@@ -62,4 +63,5 @@ class BalanceOnImu(Node):
 
 def main():
     rclpy.init()
-    rclpy.spin(BalanceOnImu())
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(BalanceOnImu())

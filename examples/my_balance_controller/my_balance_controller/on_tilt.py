@@ -1,14 +1,16 @@
 """Balance on `tilt` and `joint_states`: a number, and the wheels."""
 
+from contextlib import suppress
+
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
 RADIUS = 0.0375  # of a wheel [m]
 POSITION, VELOCITY, TILT, RATE = 3.6, 18.8, 22.0, 2.7  # gains, in V per m, m/s, rad, rad/s
-LIMIT, FALLEN, TIMEOUT = 12.0, 0.6, 0.1  # V, rad, s
-SMOOTHING = 0.01  # of what is differentiated [s]
+LIMIT, FALLEN, TIMEOUT, SMOOTHING = 12.0, 0.6, 0.1, 0.01  # V, rad, s, s
 
 
 class BalanceOnTilt(Node):
@@ -56,4 +58,5 @@ class BalanceOnTilt(Node):
 
 def main():
     rclpy.init()
-    rclpy.spin(BalanceOnTilt())
+    with suppress(KeyboardInterrupt, ExternalShutdownException):
+        rclpy.spin(BalanceOnTilt())
