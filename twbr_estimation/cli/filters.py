@@ -46,6 +46,7 @@ def description(entry: Filter) -> dict[str, Any]:
         "source": entry.source,
         "tuned_dt": entry.tuned_dt,
         "uses_wheels": entry.uses_wheels,
+        "uses_motors": entry.uses_motors,
         "estimates_gyro_bias": entry.estimates_gyro_bias,
         "estimates_variance": entry.estimates_variance,
         "limits": dict(entry.limits),
