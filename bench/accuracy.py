@@ -28,8 +28,11 @@ CAUSES = {
     "radius": {"wheel_radius_error": 0.0},
     "mounting": {"mounting_error_deg": 0.0},
     "gyro gain": {"gyro_scale_error": 0.0},
+    "cross axis": {"gyro_cross_axis": 0.0},
+    "control steps": {"control_period": 0.0005},
 }
-"""What can be switched off in a world, by name."""
+"""What can be switched off in a world, by name; control steps are the voltage's jumps, which
+fall onto the samples of slow loops."""
 
 
 def errors_of(
@@ -75,12 +78,12 @@ def worlds_table(arguments: argparse.Namespace, values: dict[str, float]) -> Non
 
 
 def variants(arguments: argparse.Namespace) -> Iterator[World]:
-    """Yield the worlds, and with `--causes` each with one cause after the other switched off."""
+    """Yield the worlds, and each with one cause after the other switched off."""
     for name in arguments.worlds:
         world = world_named(name)
         yield world
-        for cause, fields in CAUSES.items() if arguments.causes else ():
-            yield replace(world, name=f"{name} without {cause}", **fields)
+        for cause in arguments.causes:
+            yield replace(world, name=f"{name} without {cause}", **CAUSES[cause])
 
 
 def main() -> int:
@@ -91,7 +94,9 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=2000, help="first seed")
     parser.add_argument("--duration", type=float, default=60.0)
     parser.add_argument("--filter", nargs="+", default=["ins_odometer"])
-    parser.add_argument("--causes", action="store_true", help="switch one cause off at a time")
+    parser.add_argument(
+        "--causes", nargs="+", choices=list(CAUSES), default=[], help="switch off, one at a time"
+    )
     parser.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE")
     arguments = parser.parse_args()
     pairs = (entry.split("=") for entry in arguments.set)

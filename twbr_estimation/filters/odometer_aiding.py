@@ -33,7 +33,7 @@ SLIP_GATE = 3.0
 """A wheel reading this many standard deviations off is a slip."""
 LONGEST_SLIP = 0.3
 """After this the attitude is taken to be wrong, not the wheels nor the calibration [s]."""
-FROZEN_TURN = 0.2
+FROZEN_TURN = 0.05
 """An encoder that disagrees and says nothing new while the body turns this far is frozen [rad]."""
 SURPRISE_TIME = 0.2
 """Time over which squared innovations of the wheels are averaged [s]."""
