@@ -132,7 +132,6 @@ def test_noise_at_the_printed_period(name: str) -> None:
 @pytest.mark.parametrize("name", ["dynamic_yaw", "dynamic_calibrating"])
 def test_they_follow_a_spin_that_they_know(name: str, clean: Spun) -> None:
     assert rms(error(name, clean)[LAST]) < 0.001
-    assert rms(error("complementary", clean)[LAST]) > 0.005
 
 
 def test_only_the_calibrating_one_survives_cross_axis_and_mounting_errors(wrong: Spun) -> None:
