@@ -71,7 +71,10 @@ def _print_recording(console: Console, entry: RecordingScore) -> None:
         console.print(f"  {left_out} samples without a reference left out")
     stated = entry.smoothed_deviation_deg
     if stated is not None and entry.reference == SMOOTHED:
-        console.print(f"  reference: smoothed from the recording itself, +-{stated:.3f} deg")
+        console.print(
+            f"  reference: smoothed from the recording itself, +-{stated:.3f} deg",
+            soft_wrap=True,
+        )
     elif stated is not None:
         console.print(f"  smoothed: knows the whole recording; +-{stated:.3f} deg by its account")
     for repair, count in entry.repairs.items():

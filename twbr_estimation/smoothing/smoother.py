@@ -52,7 +52,7 @@ class SmoothedTrack:
     tilt: FloatArray
     """Tilt [rad], (n,)."""
     variance: FloatArray
-    """Its variance as the filter's parameters have it [rad^2], (n,)."""
+    """Its variance as the filter's parameters have it, the mounting's included [rad^2], (n,)."""
 
     @property
     def deviation(self) -> float:
@@ -113,6 +113,7 @@ def smooth(
             progress((begin + share * (end - begin)) / corrected.stamps.size)
 
         tilt[begin:end], variance[begin:end] = part.smoothed(report)
+    variance += c.mounting_variance
     return SmoothedTrack(corrected.stamps, tilt, variance)
 
 
