@@ -9,7 +9,8 @@ arrays they are given.
 Array operations are spelled twice: in few calls for the interpreter, and in loops for the
 compiler, which would allocate every intermediate. Both do the same operations on each element
 in the same order, so the results are the same to the last bit. Loops over columns end where the
-array ends: the compiler makes vectors of them, where it would only unroll a known number.
+array ends, at `STATES` at most: the compiler makes vectors of them, which suit that length, where
+it would only unroll a known number.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ _BELOW = np.tri(MOVING, dtype=bool)
 
 
 def _advanced_in_loops(p: Array, weights: Array) -> Array:
-    size = p.shape[0]
+    size = min(p.shape[0], STATES)
     q = np.empty((size, size))
     for i in range(MOVING):
         for j in range(size):
@@ -111,7 +112,7 @@ def _observe_in_loops(
 ) -> None:
     i, j, k, l = h.at
     a, b, c, d = h.by
-    size = p.shape[0]
+    size = min(p.shape[0], STATES)
     work = np.empty((3, size))
     spread, gain, rest = work[0], work[1], work[2]
     for n in range(size):
