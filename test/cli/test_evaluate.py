@@ -122,7 +122,7 @@ def test_reference_options_and_skip(bags, capsys):
         (["--preset", "unheard_of"], "there is no preset 'unheard_of'"),
         (["--set", "complementary.time_constant=-3"], "-3.0 is outside [0.001, 1000] s"),
         (["--set", "complementary"], "expected FILTER.PARAMETER=VALUE"),
-        (["--terms", "gravity"], "there are euler, centrifugal, wheel, none"),
+        (["--terms", "gravity"], "there are euler, centrifugal, wheel, yaw, none"),
         (["--config", "/nowhere/at/all"], "/nowhere/at/all: there is no such"),
         (["--reference-topic", "/nothing"], "/nothing"),
         (["--skip", "1000"], "no sample is left to compare; check the skipped time"),
