@@ -228,3 +228,12 @@ def test_every_field_can_be_read(tmp_path: Path, kind: type[Any]) -> None:
         listed = list(value) if isinstance(value, tuple) else value
         path = parameter_file(tmp_path / "a.yaml", f"{owner}.{entry.name}: {listed}".lower())
         assert getattr(read_setup(path), owner) == kind()
+
+
+def test_the_calibration_says_how_good_it_is_to_the_filter_that_asks(tmp_path: Path) -> None:
+    quality = {"ins_odometer": {"accel_residual": 0.02, "slip": 0.004}}
+    write_section(tmp_path / "calibration.yaml", CALIBRATION, values=quality)
+    assert read_settings(tmp_path).values == quality
+    assert read_setup(tmp_path).calibration == CALIBRATION
+    parameter_file(tmp_path / "filters.yaml", "ins_odometer.slip: 0.01")
+    assert read_settings(tmp_path).values["ins_odometer"] == {"accel_residual": 0.02, "slip": 0.01}

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from .errors import ConfigurationError
-from .parameter_file import read_parameters
+from .filters import filters
+from .parameter_file import number, read_parameters
 from .robot import Calibration, Robot, Setup
 from .yaml_files import FILES, write_section
 
@@ -55,7 +56,10 @@ def save(
     said = []
     for name, path in targets.items():
         done = "replaced" if path.exists() else "wrote"
-        write_section(path, sections[name], {**known[name], verb: dict(provenance)}, replace)
+        stated = _stated(start or folder, name)
+        write_section(
+            path, sections[name], {**known[name], verb: dict(provenance)}, replace, stated
+        )
         said.append(f"{done} {path}")
     rest = None if start is None else start / FILES[2]
     if rest is not None and rest.is_file() and not (folder / FILES[2]).exists():
@@ -75,11 +79,22 @@ def _provenance(start: Path | None, folder: Path, name: str) -> dict[str, Any]:
             owner, _, rest = entry.name.partition(".")
             if owner == "provenance" and source == (start or folder):
                 _keep(kept, rest, entry.value)
-            elif owner not in (name, "provenance") and source == folder:
+            elif owner not in (name, "provenance", *filters()) and source == folder:
                 raise ConfigurationError(
                     f"{path}: holds {entry.name}, which replacing would lose; write elsewhere"
                 )
     return kept
+
+
+def _stated(source: Path, name: str) -> dict[str, dict[str, float]]:
+    """Return what a file says to filters, such as how good the calibration is."""
+    path = source / f"{name}.yaml"
+    values: dict[str, dict[str, float]] = {}
+    for entry in read_parameters(path) if path.is_file() else ():
+        owner, _, parameter = entry.name.partition(".")
+        if owner in filters():
+            values.setdefault(owner, {})[parameter] = number(entry)
+    return values
 
 
 def _keep(kept: dict[str, Any], name: str, value: Any) -> None:

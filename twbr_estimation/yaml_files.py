@@ -84,6 +84,7 @@ def write_section(
     section: Robot | Calibration,
     provenance: Mapping[str, object] | None = None,
     replace: bool = False,
+    values: Mapping[str, Mapping[str, float]] | None = None,
 ) -> None:
     """Write `robot.yaml` or `calibration.yaml`.
 
@@ -92,12 +93,13 @@ def write_section(
         section: What to write.
         provenance: Where the values come from (source, date, figures), kept in the file.
         replace: Whether an existing file may be replaced.
+        values: Parameter values by filter that stand in the file, too.
 
     Raises:
         ConfigurationError: the file exists and `replace` is not set.
     """
     name = "robot" if isinstance(section, Robot) else "calibration"
-    _write(path, {name: _plain(section)}, provenance, replace)
+    _write(path, {name: _plain(section), **_plain_values(values or {})}, provenance, replace)
 
 
 def write_settings(
@@ -113,9 +115,12 @@ def write_settings(
         parameters["settings_dt"] = float(settings.dt)
     if correction is not None:
         parameters["correction"] = _plain(correction)
-    for name, values in settings.values.items():
-        parameters[name] = {key: float(value) for key, value in values.items()}
+    parameters.update(_plain_values(settings.values))
     _write(path, parameters, provenance, replace)
+
+
+def _plain_values(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    return {owner: {key: float(each) for key, each in of.items()} for owner, of in values.items()}
 
 
 def _write(

@@ -11,7 +11,7 @@ from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.worlds import PAPER
-from twbr_estimation.yaml_files import read_setup, write_section
+from twbr_estimation.yaml_files import read_settings, read_setup, write_section
 
 WORLD = replace(
     PAPER,
@@ -101,7 +101,10 @@ def test_what_is_not_estimated_is_kept(bags, tmp_path, capsys):
     start, output = tmp_path / "start", tmp_path / "output"
     told = simulate(WORLD, 0.01, 0.05, SEED).setup
     write_section(start / "robot.yaml", told.robot)
-    write_section(start / "calibration.yaml", told.calibration, {"source": "by hand"})
+    quality = {"ins_odometer": {"accel_residual": 0.02}}
+    write_section(
+        start / "calibration.yaml", told.calibration, {"source": "by hand"}, False, quality
+    )
     (start / "filters.yaml").write_text("/**:\n  ros__parameters:\n    filter: gyro\n")
     still = ["calibrate", "still", str(bags / "still"), "-o", str(output)]
     assert main([*still, "--config", str(start)]) == 0
@@ -111,6 +114,7 @@ def test_what_is_not_estimated_is_kept(bags, tmp_path, capsys):
     assert setup.calibration.accel_scale_x == told.calibration.accel_scale_x
     assert setup.calibration.gyro_bias != told.calibration.gyro_bias
     assert "by hand" in (output / "calibration.yaml").read_text()
+    assert read_settings(output).values == quality
     (output / "calibration.yaml").write_text(
         "/**:\n  ros__parameters:\n    calibration: {gyro_noise: 0.1}\n    filter: gyro\n"
     )
