@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..samples import CorrectedSample, TiltEstimate
-from .covariance import Array, advanced, forget, identity, observed
+from .covariance import Array, advanced, forget, observed
 from .pendulum_model import (
     CROSS_AXIS,
     GYRO_BIAS,
@@ -137,27 +137,40 @@ def _growth(size: int, dt: float, noise: Noise) -> Array:
 
 
 def _without_model(core: Core, sample: CorrectedSample, gap: float, c: Coefficients) -> Core:
-    """Integrate the gyro and correct with the angle."""
-    dt, size = sample.dt, core.x.size
-    x, f, growth = core.x.copy(), identity(size), np.zeros(size)
+    """Integrate the gyro and correct with the angle; wheels and heading are let go."""
+    dt, size, x, p = sample.dt, core.x.size, core.x.copy(), core.p.copy()
+    if core.wheels > 0.0:
+        for index in (WHEEL, WHEEL_RATE, HEADING, YAW_RATE):
+            forget(p, index, 0.0)
     bias = 0.0
     if size > GYRO_BIAS:
         bias = x[GYRO_BIAS] + x[CROSS_AXIS] * sample.gyro_z
-        f[TILT, GYRO_BIAS], f[TILT, CROSS_AXIS] = -dt, -dt * sample.gyro_z
+        _turn_by_bias(p, -dt, -dt * sample.gyro_z)
         for i in range(GYRO_BIAS, size):
-            growth[i] = c.noise.growth[i] * dt
+            p[i, i] += c.noise.growth[i] * dt
     x[TILT] += dt * (0.5 * (core.gyro + sample.gyro_y) - bias)
-    growth[TILT] = TILT_SHARE * c.noise.angle * dt + sample.gyro_variance_y * dt * dt
-    p = advanced(core.p, f, growth)
-    h = np.zeros(size)
-    h[TILT] = 1.0
-    variance = max(c.noise.angle, sample.angle_variance)
-    x, p = observed(x, p, h, sample.angle - x[TILT], variance)
+    p[TILT, TILT] += TILT_SHARE * c.noise.angle * dt + sample.gyro_variance_y * dt * dt
+    variance, residual = max(c.noise.angle, sample.angle_variance), sample.angle - x[TILT]
     if size > GYRO_BIAS:
+        h = np.zeros(size)
+        h[TILT] = 1.0
+        x, p = observed(x, p, h, residual, variance)
         bias = x[GYRO_BIAS] + x[CROSS_AXIS] * sample.gyro_z
+    else:  # the tilt is all there is
+        gain = p[TILT, TILT] / (p[TILT, TILT] + variance)
+        x[TILT] += gain * residual
+        p[TILT, TILT] *= 1.0 - gain
     x[TILT_RATE] = sample.gyro_y - bias
     forget(p, TILT_RATE, max(c.noise.gyro, sample.gyro_variance_y))
     return Core(x, p, sample.gyro_y, 0.0, gap)
+
+
+def _turn_by_bias(p: Array, bias: float, cross_axis: float) -> None:
+    """Let the tilt take on these shares of two errors of the gyro: F P F'; changes `p`."""
+    for j in range(p.shape[0]):
+        p[TILT, j] += bias * p[GYRO_BIAS, j] + cross_axis * p[CROSS_AXIS, j]
+    for i in range(p.shape[0]):
+        p[i, TILT] += bias * p[i, GYRO_BIAS] + cross_axis * p[i, CROSS_AXIS]
 
 
 def _with_wheels(core: Core, sample: CorrectedSample, c: Coefficients) -> Core:
