@@ -113,8 +113,17 @@ class Watcher:
                 if status.name == "controller_node":
                     balancing = status.message.startswith("balancing")
                     self._shown.standing = "balancing" if balancing else status.message
+                    if not self._can_be_asked():
+                        self._shown.standing = "waiting for the nodes' services"
 
         self._node.create_subscription(DiagnosticArray, "/diagnostics", take, 10)
+
+    def _can_be_asked(self) -> bool:
+        """Return whether a key would reach its node: a request before that is lost."""
+        asked = (self._push, self._reset)
+        return all(each.service_is_ready() for each in asked) and all(
+            each.services_are_ready() for each in self._parameters.values()
+        )
 
     def _on_reference(self, message: Any) -> None:
         self._shown.reference = math.degrees(message.position[0])

@@ -83,10 +83,11 @@ def test_raw_straight_in_gives_the_same_as_through_the_correction(graph: Any, se
 
 
 def test_switching_under_load_loses_nothing_and_does_not_jump(graph: Any, sensors: Any) -> None:
-    node = both_in(graph)
+    node = both_in(graph, filter="complementary")
     imus = graph.collect(Imu, "imu/data")
     graph.settle()
-    names = [name for name, entry in filters().items() if entry.name != "accelerometer"]
+    # One has no past; to the other the wheels of this drive, which are made up, contradict the IMU.
+    names = [name for name in filters() if name not in ("accelerometer", "ins_odometer")]
     drive = sensors.drive(20 * len(names))
     for index, name in enumerate(names):
         sensors.play(drive, start=20 * index, stop=20 * (index + 1))
