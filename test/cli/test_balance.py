@@ -86,7 +86,12 @@ def test_ctrl_c_ends_it_without_a_trace():
         text=True,
     )
     time.sleep(6.0)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    for _ in range(20):  # one that falls into a callback of compiled code is lost, as anywhere
+        os.killpg(process.pid, signal.SIGINT)
+        try:
+            _, errors = process.communicate(timeout=3)
+            break
+        except subprocess.TimeoutExpired:
+            continue
     assert process.returncode == 130
     assert "Traceback" not in errors

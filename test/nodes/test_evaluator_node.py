@@ -281,6 +281,7 @@ def test_why_an_estimator_is_not_compared_is_told(graph: Any, peer: Any) -> None
     graph.spin_until(lambda: listening(node, "/other/imu").without_stamp == 50)
     graph.spin_until(lambda: listening(node, "/imu/data").received == 50)
     graph.spin_until(lambda: bool(listening(node, "/words").problem))
+    graph.spin_until(lambda: "/words" in node.report().message)
     said = node.report().message
     assert "/words is std_msgs/msg/String; needed is sensor_msgs/msg/Imu" in said
     assert "/other/imu: no message has a stamp" in said
