@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import math
 import os
 import pty
 import select
+import signal
 import struct
 import subprocess
 import sys
@@ -132,7 +134,8 @@ def test_keys_act_and_the_terminal_is_left_as_it_was() -> None:
         terminal.press("q")
         assert terminal.finish() == 0
     finally:
-        terminal.process.kill()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(terminal.process.pid, signal.SIGKILL)  # its nodes, too
     assert terminal.output.rfind(LEAVE_SCREEN) > terminal.output.rfind(b"\x1b[?1049h")
     assert SHOW_CURSOR in terminal.output[terminal.output.rfind(b"\x1b[?25l") :]
     assert termios.tcgetattr(terminal.slave) == terminal.before
