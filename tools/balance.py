@@ -31,6 +31,7 @@ sys.path.insert(0, str(ROOT))
 from twbr_estimation.controllers import controllers  # noqa: E402
 from twbr_estimation.errors import TwbrError  # noqa: E402
 from twbr_estimation.filters import filters  # noqa: E402
+from twbr_estimation.robot import Robot  # noqa: E402
 from twbr_estimation.simulation.simulate import setups_of  # noqa: E402
 from twbr_estimation.simulation.worlds import world_named  # noqa: E402
 from twbr_estimation.yaml_files import write_section  # noqa: E402
@@ -132,7 +133,7 @@ class Watcher:
         now = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
         turned = sum(message.position) / len(message.position)
         tilt = math.radians(self._shown.reference)
-        way = 0.0375 * (turned + (0.0 if math.isnan(tilt) else tilt))
+        way = Robot().wheel_radius * (turned + (0.0 if math.isnan(tilt) else tilt))
         last, self._last_wheel = self._last_wheel, (now, way)
         if last is not None and now > last[0]:
             speed, before = (way - last[1]) / (now - last[0]), self._shown.speed
