@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from ..processes import interrupts_held
 from .trial import Outcome, Trial, run
 
 _LOOK = 0.2
@@ -56,8 +56,11 @@ def run_all(
     report(1)
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__])
-    with ProcessPoolExecutor(jobs, context, _ignore_interrupts) as pool:
-        numbers = {pool.submit(run, trials[i]): i for i in range(1, len(trials))}
+    with ProcessPoolExecutor(jobs, context) as pool:
+        with interrupts_held():
+            begun = [pool.submit(os.getpid) for _ in range(jobs)]
+            numbers = {pool.submit(run, trials[i]): i for i in range(1, len(trials))}
+            wait(begun)  # a process that is left while it starts would print a traceback
         pending = set(numbers)
         try:
             while pending:
@@ -67,10 +70,6 @@ def run_all(
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
     return [found[i] for i in range(len(trials))]
-
-
-def _ignore_interrupts() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, who cancels the rest
 
 
 def standings(trials: Sequence[Trial], outcomes: Sequence[Outcome]) -> list[Standings]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import multiprocessing
 import queue
-import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -16,6 +15,7 @@ from typing import Any, Protocol
 
 from ..errors import WorkerError
 from ..filters.base import filter_named
+from ..processes import interrupts_held
 from .filter import TunedFilter, TuningTask, judged, tune_filter
 from .search import tunable
 
@@ -126,11 +126,13 @@ class LocalPool:
         self, task: TuningTask, names: Sequence[str], report: Report
     ) -> Iterator[TunedFilter]:
         self._context.set_forkserver_preload([__name__])
-        reports, stop = self._context.Queue(), self._context.Event()
+        with interrupts_held():
+            reports, stop = self._context.Queue(), self._context.Event()
         with ProcessPoolExecutor(
             min(self._jobs, len(names)), self._context, _begin, (task, reports, stop)
         ) as pool:
-            pending = {pool.submit(_unit, name) for name in longest_first(names)}
+            with interrupts_held():
+                pending = {pool.submit(_unit, name) for name in longest_first(names)}
             try:
                 while pending:
                     finished, pending = wait(pending, _LOOK, FIRST_COMPLETED)
@@ -161,7 +163,6 @@ class _Here:
 
 
 def _begin(task: TuningTask, reports: Any, stop: Any) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, who says stop
     reports.cancel_join_thread()  # what nobody reads any more must not keep the process
     _Here.task, _Here.reports, _Here.stop = task, reports, stop
 
