@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from twbr_estimation.batch import correct, run_filter
-from twbr_estimation.evaluation import Association, Options, score
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Setup
+from twbr_estimation.scoring.errors import Association, Options, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.worlds import World, world_named
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 
-from twbr_estimation.evaluation import Options
+from twbr_estimation.configuration.presets import preset
 from twbr_estimation.filters import filter_named
-from twbr_estimation.presets import preset
+from twbr_estimation.scoring.errors import Options
 from twbr_estimation.simulation import simulate
 from twbr_estimation.tuning.correction import tune_correction
 from twbr_estimation.tuning.filter import TunedFilter, TuningTask, mean_square_error, tune_filter

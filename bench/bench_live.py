@@ -30,7 +30,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
 from twbr_estimation.nodes.spin import make_executor
-from twbr_estimation.streams.cdr import ImuEncoder, JointStateEncoder
+from twbr_estimation.streams.messages import ImuEncoder, JointStateEncoder
 
 HERE = Path(__file__).parent
 SUBJECT = HERE / "live_subject.py"

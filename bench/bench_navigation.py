@@ -21,8 +21,8 @@ import numpy as np
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.filters.error_state import STATES
-from twbr_estimation.pairing import pair
+from twbr_estimation.filters.inertial.error_state import STATES
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
 from twbr_estimation.simulation import simulate

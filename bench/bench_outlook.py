@@ -17,7 +17,7 @@ import numpy as np
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.simulation import Simulated, simulate
 
 CASES = tuple(product(("paper", "W1", "W2"), (0.002, 0.01)))

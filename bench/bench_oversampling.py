@@ -11,7 +11,7 @@ import numpy as np
 
 from twbr_estimation.batch import CorrectedTrack, correct, oversampled, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import ImuTrack
 from twbr_estimation.simulation import Simulated, simulate
 

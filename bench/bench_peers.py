@@ -20,10 +20,10 @@ import numpy as np
 from real_recordings import own_tilt, vqf_tilt
 
 from twbr_estimation.batch import correct
-from twbr_estimation.evaluation import Options, score_recording
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, Recording, TiltTrack
 from twbr_estimation.robot import Setup
+from twbr_estimation.scoring.errors import Options, score_recording
 from twbr_estimation.simulation import simulate
 
 TIME_CONSTANTS = (1.0, 3.0, 6.0, 12.0)

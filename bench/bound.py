@@ -1,7 +1,8 @@
 """The Cramer-Rao bound of the rig beside what filter and smoother reach, as markdown.
 
 Mean over seeds and time of the smallest variance that any estimator of its kind can have, and
-of the square error against the truth, both in deg^2; see `twbr_estimation.simulation.bound`
+of the square error against the truth, both in deg^2; see
+`twbr_estimation.simulation.cramer_rao.rig`
 for what is taken as known. `--without` switches causes off.
 
     python bench/bound.py --first 6001 --seeds 10
@@ -17,9 +18,9 @@ from accuracy import CAUSES as BUILT_IN
 
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.simulation import simulate
-from twbr_estimation.simulation.bound import bound
+from twbr_estimation.simulation.cramer_rao.rig import bound
 from twbr_estimation.simulation.simulate import Simulated
 from twbr_estimation.simulation.worlds import world_named
 from twbr_estimation.smoothing import SMOOTHER, smooth

@@ -24,13 +24,13 @@ from twbr_estimation.batch import correct
 from twbr_estimation.calibration.geometry import WIDTH
 from twbr_estimation.calibration.gyro_scale import fit_gyro
 from twbr_estimation.calibration.signals import signals_of
-from twbr_estimation.evaluation import Association, Score, score
 from twbr_estimation.imports.broad import BODY_AXES
 from twbr_estimation.imports.imported import matlab_variables
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, Recording
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
+from twbr_estimation.scoring.errors import Association, Score, score
 
 DATASHEET_DELAY = 0.00098
 """Delay of an MPU6050's gyro without its low-pass [s]."""

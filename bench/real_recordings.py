@@ -21,13 +21,13 @@ import numpy as np
 import vqf
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
-from twbr_estimation.evaluation import Association, Options, score
 from twbr_estimation.filters import filter_named
 from twbr_estimation.imports import imported
 from twbr_estimation.messages import tilt_of_quaternion
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, Recording, TiltTrack
 from twbr_estimation.robot import Setup
+from twbr_estimation.scoring.errors import Association, Options, score
 
 BROAD = (
     "12_undisturbed_slow_translation_C",

@@ -22,7 +22,7 @@ import numpy as np
 
 from twbr_estimation.batch import CorrectedTrack, EstimateTrack, correct, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate

@@ -17,10 +17,10 @@ import numpy as np
 from real_recordings import BROAD, broad
 
 from twbr_estimation.batch import correct, run_filter
-from twbr_estimation.evaluation import Association, Options, score
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Setup
+from twbr_estimation.scoring.errors import Association, Options, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.simulate import Simulated
 from twbr_estimation.smoothing import SMOOTHER, smooth, smooth_recording

@@ -14,7 +14,7 @@ from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
 from launch_ros.actions import Node, PushRosNamespace
 
-from twbr_estimation.yaml_files import configuration_files
+from twbr_estimation.configuration.files import configuration_files
 
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"

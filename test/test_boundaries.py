@@ -94,7 +94,15 @@ def loaded_by(*modules: str) -> set[str]:
 
 
 def test_the_live_path_loads_nothing_heavy() -> None:
-    live = ("correction", "estimator", "filters", "pairing", "robot", "samples", "settings")
+    live = (
+        "configuration.filter_settings",
+        "estimator",
+        "filters",
+        "pipeline.correction",
+        "pipeline.pairing",
+        "robot",
+        "samples",
+    )
     assert not loaded_by(*(f"twbr_estimation.{name}" for name in live)) & (HEAVY | ROS)
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from twbr_estimation.bags import write_recording
-from twbr_estimation.evaluation import as_json
-from twbr_estimation.offline import Request, evaluate
+from twbr_estimation.evaluate import Request, evaluate
+from twbr_estimation.scoring.errors import as_json
 from twbr_estimation.simulation import simulate, world_named
 
 DEMO = Path(__file__).resolve().parent.parent / "tools" / "demo.py"

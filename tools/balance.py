@@ -28,13 +28,13 @@ from rich.live import Live
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from twbr_estimation.configuration.files import write_section  # noqa: E402
 from twbr_estimation.controllers import controllers  # noqa: E402
 from twbr_estimation.errors import TwbrError  # noqa: E402
 from twbr_estimation.filters import filters  # noqa: E402
 from twbr_estimation.robot import Robot  # noqa: E402
 from twbr_estimation.simulation.simulate import setups_of  # noqa: E402
 from twbr_estimation.simulation.worlds import world_named  # noqa: E402
-from twbr_estimation.yaml_files import write_section  # noqa: E402
 
 PUSH = 3.0
 """Force of one key [N]."""

@@ -15,16 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from . import correction
 from .compilation import compiled, source_version
 from .filters.base import Filter, filter_named
-from .oversampling import Oversampler
-from .pairing import SampleTrack, pair
+from .pipeline import correction
+from .pipeline.oversampling import Oversampler
+from .pipeline.pairing import SampleTrack, pair
 from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
 from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
 
-SOURCES = ("samples.py", "correction.py", "plants/*.py", "filters/*.py")
+SOURCES = ("samples.py", "pipeline/correction.py", "plants/*.py", "filters/**/*.py")
 """What the compiled loops are made of, beside this file."""
 
 

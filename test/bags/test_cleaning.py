@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from twbr_estimation.bags.cdr import Columns
 from twbr_estimation.bags.cleaning import Cleaner
+from twbr_estimation.bags.columns import Columns
 from twbr_estimation.errors import RecordingError
 
 MS = 1_000_000

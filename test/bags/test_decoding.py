@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from twbr_estimation.bags.batch import joined
-from twbr_estimation.bags.cdr import (
+from twbr_estimation.bags.columns import (
     ACCEL,
     GYRO,
     ORIENTATION,
@@ -25,6 +24,7 @@ from twbr_estimation.bags.encoding import (
     temperature_messages,
 )
 from twbr_estimation.bags.joint_states import decode_joint_state
+from twbr_estimation.bags.message_batch import joined
 from twbr_estimation.messages import tilt_of_quaternion
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

@@ -13,14 +13,14 @@ from twbr_estimation.calibration.held_poses import held_poses
 from twbr_estimation.calibration.poses import calibrate_poses
 from twbr_estimation.calibration.scale import fit_scale
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
-from twbr_estimation.correction import Corrector
 from twbr_estimation.errors import RecordingError
+from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.recording import ImuTrack, TiltTrack
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import Sample
 from twbr_estimation.sensors.error_model import accel_reading
 from twbr_estimation.simulation import simulate
-from twbr_estimation.simulation.sensing import imu_errors
+from twbr_estimation.simulation.planar_sensing import imu_errors
 
 
 @cache

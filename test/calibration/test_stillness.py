@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from twbr_estimation.calibration.stillness import StillnessSettings, still_calibration
-from twbr_estimation.correction import Corrector
 from twbr_estimation.errors import ConfigurationError, MotionError
+from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.robot import Calibration, Robot, Setup
 from twbr_estimation.samples import Sample
 

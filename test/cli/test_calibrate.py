@@ -9,9 +9,9 @@ import pytest
 
 from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
+from twbr_estimation.configuration.files import read_settings, read_setup, write_section
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.worlds import PAPER
-from twbr_estimation.yaml_files import read_settings, read_setup, write_section
 
 WORLD = replace(
     PAPER,

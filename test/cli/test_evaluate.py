@@ -11,11 +11,11 @@ import pytest
 
 from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
+from twbr_estimation.configuration.files import write_section
 from twbr_estimation.filters import filters
 from twbr_estimation.recording import TiltTrack
 from twbr_estimation.robot import Calibration, Robot
 from twbr_estimation.simulation import simulate
-from twbr_estimation.yaml_files import write_section
 
 
 @pytest.fixture(scope="module")

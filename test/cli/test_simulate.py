@@ -5,8 +5,8 @@ import pytest
 
 from twbr_estimation.bags import read_recording
 from twbr_estimation.cli.main import main
+from twbr_estimation.configuration.files import read_setup
 from twbr_estimation.simulation import simulate
-from twbr_estimation.yaml_files import read_setup
 
 
 def test_the_bag_holds_what_was_simulated(tmp_path, capsys):

@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 import yaml
 
-from twbr_estimation import tuner
 from twbr_estimation.bags import read_recording, write_recording
 from twbr_estimation.cli.main import INTERRUPTED, main
 from twbr_estimation.cli.simulate import write_simulated
+from twbr_estimation.configuration.files import read_correction, read_settings
 from twbr_estimation.recording import ImuTrack
 from twbr_estimation.simulation import simulate
-from twbr_estimation.yaml_files import read_correction, read_settings
+from twbr_estimation.tuning import tune as tuner
 
 TUNE = ["--filter", "complementary", "--filter", "kalman_tuned", "--jobs", "1"]
 

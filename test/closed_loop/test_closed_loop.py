@@ -10,9 +10,9 @@ import pytest
 
 from twbr_estimation.closed_loop.trial import TRUTH, Loop, Trial, run
 from twbr_estimation.closed_loop.trials import run_all, standings
+from twbr_estimation.configuration.presets import preset
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters import filters
-from twbr_estimation.presets import preset
 from twbr_estimation.streams.filtering import FilterConfiguration, FilterSettings, FilterStream
 
 CORRECTION, TABLE2 = preset("table2", 0.005)

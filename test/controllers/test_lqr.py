@@ -12,7 +12,7 @@ from twbr_estimation.controllers.lqr import Parameters, derive
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.plants.sun2014 import PRINTED, RodParameters, coefficients, matrices
 from twbr_estimation.robot import Robot
-from twbr_estimation.simulation.balance import STATE_WEIGHTS, VOLTAGE_WEIGHT, balance_gains
+from twbr_estimation.simulation.rig_controller import STATE_WEIGHTS, VOLTAGE_WEIGHT, balance_gains
 
 control = pytest.importorskip("control", reason="needs python-control")
 FIRST, SECOND = (1.0, 1.0, 1.0, 1.0), (100.0, 1.0, 100.0, 1.0)

@@ -10,9 +10,9 @@ import pytest
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.filters.pendulum import Coefficients
-from twbr_estimation.filters.pendulum_model import forward_force, predicted
-from twbr_estimation.pairing import pair
+from twbr_estimation.filters.model_based.engine import Coefficients
+from twbr_estimation.filters.model_based.model import forward_force, predicted
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.plants.sihite2018 import (
     Commands,
     SpatialState,

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
-from twbr_estimation.evaluation import Association, score
 from twbr_estimation.filters import filter_named
-from twbr_estimation.filters.strapdown import (
+from twbr_estimation.filters.inertial.strapdown import (
     attitude_at,
     matrix_of,
     tilt_ahead,
@@ -22,12 +21,13 @@ from twbr_estimation.filters.strapdown import (
     turned,
 )
 from twbr_estimation.imports.imported import Options, load
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.scoring.errors import Association, score
 from twbr_estimation.simulation import simulate
-from twbr_estimation.simulation.sensing import gyro_cross
+from twbr_estimation.simulation.planar_sensing import gyro_cross
 from twbr_estimation.simulation.worlds import world_named
 
 ENTRY = filter_named("ins_odometer")

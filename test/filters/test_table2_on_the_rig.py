@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from twbr_estimation import batch
-from twbr_estimation.evaluation import mean_over, score_recording
-from twbr_estimation.presets import preset
+from twbr_estimation.configuration.presets import preset
 from twbr_estimation.recording import TiltTrack
+from twbr_estimation.scoring.errors import mean_over, score_recording
 from twbr_estimation.simulation.simulate import simulate
 
 SEEDS = range(1, 9)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from twbr_estimation.bags import read_recording
+from twbr_estimation.configuration.files import read_setup
 from twbr_estimation.errors import TwbrError
 from twbr_estimation.imports import ImportedLog, Options, load, write_import
 from twbr_estimation.imports.csv_log import unwrapped
-from twbr_estimation.yaml_files import read_setup
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "arduino_log"
 MINIMAL = """

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 
 from twbr_estimation.messages import set_stamp, set_tilt
-from twbr_estimation.simulation.stepping import Reading, SimulatedRobot
+from twbr_estimation.simulation.robot import Reading, SimulatedRobot
 
 DEPTH = 1000
 

@@ -18,7 +18,7 @@ from twbr_estimation.messages import set_stamp
 from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.controller_parameters import prepare
 from twbr_estimation.nodes.diagnostics import Level
-from twbr_estimation.simulation.stepping import SimulatedRobot
+from twbr_estimation.simulation.robot import SimulatedRobot
 
 from .simulated import SimulatedTopics, upright
 

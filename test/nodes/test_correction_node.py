@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from twbr_estimation.batch import correct
 from twbr_estimation.messages import stamp_of, tilt_of
 from twbr_estimation.nodes.correction_node import CorrectionNode
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Calibration, Setup
 
 BIAS = [0.02, -0.01, 0.005]

@@ -19,7 +19,7 @@ from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.nodes.simulator_node import SimulatorNode
 from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
-from twbr_estimation.streams.simulator import Disturbance
+from twbr_estimation.streams.simulator.simulator import Disturbance
 
 from . import foreign_controllers
 

@@ -9,10 +9,10 @@ import pytest
 
 from twbr_estimation.cli.main import main
 from twbr_estimation.cli.simulate import write_simulated
+from twbr_estimation.configuration.files import read_correction, read_settings
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.simulation import simulate
-from twbr_estimation.yaml_files import read_correction, read_settings
 
 NAMES = ("alpha_beta_wb", "complementary", "kalman_tuned")
 

@@ -11,13 +11,7 @@ import pytest
 from twbr_estimation.cli.main import main
 from twbr_estimation.filters import filter_named
 from twbr_estimation.reproduction import Plan
-from twbr_estimation.reproduction.stand import (
-    DETUNING,
-    FILTERS,
-    SCENES,
-    detuned,
-    rows_of,
-)
+from twbr_estimation.reproduction.stand import DETUNING, FILTERS, SCENES, detuned, rows_of
 
 DOCUMENT = Path(__file__).resolve().parent.parent.parent / "docs" / "reproduction.json"
 

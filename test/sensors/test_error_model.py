@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from twbr_estimation.correction import Corrector
+from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.robot import CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import STANDARD_GRAVITY, Sample
 from twbr_estimation.sensors.error_model import ACCEL_RESOLUTION, GYRO_RESOLUTION, read
-from twbr_estimation.simulation.sensing import imu_errors
+from twbr_estimation.simulation.planar_sensing import imu_errors
 from twbr_estimation.simulation.worlds import IDEAL, PAPER, W2
 
 NOTHING = (0.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from twbr_estimation.correction import Corrector
+from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.robot import CorrectionSettings, Setup
 from twbr_estimation.samples import Sample
 from twbr_estimation.sensors.motion import swing, swing_tilt, swing_wheel

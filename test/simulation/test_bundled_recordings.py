@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.bags import read_recording
-from twbr_estimation.yaml_files import read_setup
+from twbr_estimation.configuration.files import read_setup
 
 BAGS = Path(__file__).resolve().parents[2] / "bags"
 NAMES = ("training", "verification")

@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from twbr_estimation.robot import Robot
-from twbr_estimation.simulation.balance import balance_gains
 from twbr_estimation.simulation.disturbances import disturb
-from twbr_estimation.simulation.loops import drive
+from twbr_estimation.simulation.kernels import drive
 from twbr_estimation.simulation.rig import (
     BALANCING,
     LYING,
@@ -17,6 +16,7 @@ from twbr_estimation.simulation.rig import (
     next_voltage,
     step,
 )
+from twbr_estimation.simulation.rig_controller import balance_gains
 from twbr_estimation.simulation.worlds import W2
 
 PLANT = Robot().plant()

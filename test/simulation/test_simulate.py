@@ -9,7 +9,7 @@ import pytest
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters.base import filter_named
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.simulation import Simulated, World, simulate

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from twbr_estimation.filters.error_state import STATES
+from twbr_estimation.filters.inertial.error_state import STATES
 from twbr_estimation.smoothing.backward import nothing_later, step_back
 
 STEPS = 6

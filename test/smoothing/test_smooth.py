@@ -10,11 +10,11 @@ import pytest
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.filters import filter_named
-from twbr_estimation.filters.error_growth import propagated
-from twbr_estimation.filters.error_state import STATES
+from twbr_estimation.filters.inertial.error_growth import propagated
+from twbr_estimation.filters.inertial.error_state import STATES
+from twbr_estimation.filters.inertial.navigation import empty_window
 from twbr_estimation.filters.ins_odometer import reset
-from twbr_estimation.filters.navigation import empty_window
-from twbr_estimation.pairing import pair
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import WheelTrack
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample, TiltEstimate

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import correct
-from twbr_estimation.pairing import WheelReading, motor_command, pair
+from twbr_estimation.pipeline.pairing import WheelReading, motor_command, pair
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import RESTART_GAP, CorrectedSample
 from twbr_estimation.streams.corrected import CorrectedStream, has_angle, imu_values

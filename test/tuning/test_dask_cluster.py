@@ -15,12 +15,12 @@ import pytest
 
 from twbr_estimation.cli.main import main
 from twbr_estimation.cli.simulate import write_simulated
+from twbr_estimation.configuration.files import read_settings
 from twbr_estimation.errors import WorkerError
 from twbr_estimation.simulation import simulate
 from twbr_estimation.tuning.dask_cluster import DaskCluster
 from twbr_estimation.tuning.filter import TunedFilter, TuningTask, tune_filter
 from twbr_estimation.tuning.workers import Report, tune_filters
-from twbr_estimation.yaml_files import read_settings
 
 distributed = pytest.importorskip("distributed", reason="the extra `dask` is not installed")
 

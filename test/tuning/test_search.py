@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from twbr_estimation.bounds import Bounds
 from twbr_estimation.filters.base import Parameter
+from twbr_estimation.parameters.bounds import Bounds
 from twbr_estimation.tuning.search import Axis, search
 
 WIDE = {

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from .cdr import Columns
+from .columns import Columns
 
 JUMP = 1_000_000_000
 """Backward step that separates two passes [ns]."""

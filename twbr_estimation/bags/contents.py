@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
-from .batch import MessageBatch
-from .cdr import Columns, decode_float64, decode_float64_array, decode_imu, decode_temperature
+from .columns import Columns, decode_float64, decode_float64_array, decode_imu, decode_temperature
 from .joint_states import decode_joint_state
+from .message_batch import MessageBatch
 from .storage import bag_files, opened
 from .topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE, TEMPERATURE
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..recording import FloatArray, ImuTrack, StampArray
-from .cdr import UNREPORTED
+from .columns import UNREPORTED
 
 _ENCAPSULATION = b"\x00\x01\x00\x00"
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch import IntArray, MessageBatch
-from .cdr import Columns, bytes_at, header_stamps, readable
+from .columns import Columns, bytes_at, header_stamps, readable
+from .message_batch import IntArray, MessageBatch
 
 _SHARED_LAYOUTS = 32
 """Layouts looked for among all messages; after that each message is taken alone."""

@@ -13,7 +13,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from .batch import IntArray, MessageBatch
+from .message_batch import IntArray, MessageBatch
 
 RECORD_HEAD = 9
 """Opcode and length before each record's content [bytes]."""

@@ -25,8 +25,8 @@ from mcap.records import Channel, Chunk, Schema
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from .batch import MessageBatch
 from .mcap_chunk import RECORD_HEAD, Found, messages_in
+from .message_batch import MessageBatch
 
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER_SIZE = 37

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from .batch import IntArray, MessageBatch
+from .message_batch import IntArray, MessageBatch
 from .storage import bag_files, opened
 
 

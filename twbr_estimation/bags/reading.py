@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
-from ..estimator_topics import EstimatorTopic, estimator_topic
 from ..messages import tilt_of_quaternion
 from ..recording import (
     SINGLE_WHEEL_JOINT,
@@ -20,7 +19,9 @@ from ..recording import (
     TiltTrack,
     WheelTrack,
 )
-from .cdr import (
+from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
+from .cleaning import Cleaner
+from .columns import (
     ACCEL,
     ACCEL_COVARIANCE,
     GYRO,
@@ -30,7 +31,6 @@ from .cdr import (
     UNREPORTED,
     Columns,
 )
-from .cleaning import Cleaner
 from .contents import Contents, Request, read_contents
 from .topics import (
     FLOAT64,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import RecordingError
-from .batch import MessageBatch, joined
+from .message_batch import MessageBatch, joined
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
-from .batch import MessageBatch, joined
+from .message_batch import MessageBatch, joined
 
 MAGIC = b"SQLite format 3\x00"
 _QUERY = "SELECT id, timestamp, data FROM messages WHERE topic_id = ? AND id > ? ORDER BY id"

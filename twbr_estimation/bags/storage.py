@@ -14,9 +14,9 @@ import yaml
 import zstandard
 
 from ..errors import RecordingError
-from .batch import MessageBatch
 from .mcap_storage import MAGIC as MCAP_MAGIC
 from .mcap_storage import McapStorage
+from .message_batch import MessageBatch
 from .ros1_storage import MAGIC as ROS1_MAGIC
 from .ros1_storage import Ros1Storage
 from .sqlite_storage import MAGIC as SQLITE_MAGIC

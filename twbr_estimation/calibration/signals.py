@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import batch
 from ..errors import RecordingError
-from ..pairing import pair
+from ..pipeline.pairing import pair
 from ..recording import FloatArray, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Setup
 

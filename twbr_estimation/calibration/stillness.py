@@ -13,8 +13,8 @@ from typing import Annotated
 
 import numpy as np
 
-from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError, MotionError
+from ..parameters.bounds import Bounds, require_bounds
 from ..recording import FloatArray
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY, Sample

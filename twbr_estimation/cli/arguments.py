@@ -8,11 +8,12 @@ from pathlib import Path
 
 from ..bags import TopicNames
 from ..bags.topics import ROLES
+from ..configuration.of_recording import TERMS
 from ..errors import ConfigurationError
-from ..estimator_topics import FORM
-from ..evaluation import Options
-from ..offline import TERMS, Request
+from ..evaluate import Request
 from ..samples import RESTART_GAP
+from ..scoring.errors import Options
+from ..scoring.estimator_topics import FORM
 
 
 def add_recordings(parser: argparse.ArgumentParser, count: int | str = "+") -> None:

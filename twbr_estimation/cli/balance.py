@@ -15,16 +15,16 @@ from rich.table import Table
 
 from ..closed_loop.trial import TRUTH, Trial
 from ..closed_loop.trials import Standings, as_json, run_all, standings
+from ..configuration.files import read_correction, read_settings
+from ..configuration.filter_settings import Settings
+from ..configuration.presets import preset
 from ..controllers import controller_named, controllers
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters
-from ..presets import preset
 from ..robot import CorrectionSettings
-from ..scores import write_json
-from ..settings import Settings
+from ..scoring.table import write_json
 from ..simulation.worlds import WORLDS, world_named
-from ..streams.balancing import DEFAULT_CONTROLLER
-from ..yaml_files import read_correction, read_settings
+from ..streams.control.balance import DEFAULT_CONTROLLER
 from .arguments import add_settings, parameter_values
 
 ALL = "all"

@@ -24,13 +24,13 @@ from ..calibration.findings import (
 from ..calibration.geometry import calibrate_geometry
 from ..calibration.poses import calibrate_poses
 from ..calibration.still import StillOptions, calibrate_still
-from ..calibration_files import save
+from ..configuration.calibration_files import save
+from ..configuration.files import FILES, read_setup
+from ..configuration.of_recording import CONFIG_FOLDER
 from ..errors import ConfigurationError
-from ..offline import CONFIG_FOLDER
 from ..recording import Recording
 from ..robot import Setup
-from ..scores import write_json
-from ..yaml_files import FILES, read_setup
+from ..scoring.table import write_json
 from .arguments import add_recordings, topic_names
 
 Calibrate = Callable[[Sequence[Recording], Setup, argparse.Namespace], Findings]

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.progress import Progress
 
 from ..errors import ConfigurationError
-from ..offline import Request, Run, save_with_reference
-from ..offline import run as run_on
-from ..scores import print_scores, write_scores
+from ..evaluate import Request, Run, save_with_reference
+from ..evaluate import run as run_on
+from ..scoring.table import print_scores, write_scores
 from .arguments import add_request, request_of
 
 

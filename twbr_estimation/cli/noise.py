@@ -15,13 +15,13 @@ from rich.progress import Progress
 from rich.table import Table
 
 from ..bags import read_recording
+from ..configuration.of_recording import configuration
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, Noise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE
-from ..offline import configuration
 from ..report.pictures import noise_picture
-from ..scores import write_json
+from ..scoring.table import write_json
 from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
 
 

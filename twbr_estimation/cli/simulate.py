@@ -14,8 +14,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..bags import write_recording
+from ..configuration.files import write_section
 from ..simulation import SCENES, WORLDS, Simulated, simulate
-from ..yaml_files import write_section
 
 
 def add_parser(subparsers: Any) -> None:

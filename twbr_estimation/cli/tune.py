@@ -20,9 +20,9 @@ from rich.table import Table
 
 from ..errors import ConfigurationError
 from ..filters import filter_named
-from ..tuner import Report, TuningRequest, TuningResult, tune, write_tuned
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
+from ..tuning.tune import Report, TuningRequest, TuningResult, tune, write_tuned
 from ..tuning.workers import LocalPool, ThisProcess, Workers
 from .arguments import (
     add_comparison,

@@ -14,14 +14,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..controllers.base import MotorVoltages
-from ..correction import Corrector
 from ..errors import ConfigurationError
-from ..pairing import WheelReading
+from ..pipeline.correction import Corrector
+from ..pipeline.pairing import WheelReading
 from ..robot import CorrectionSettings
 from ..samples import CorrectedSample, Sample
-from ..simulation.stepping import Reading, SimulatedRobot
+from ..simulation.robot import Reading, SimulatedRobot
 from ..simulation.worlds import world_named
-from ..streams.balancing import (
+from ..streams.control.balance import (
     NO_VOLTAGE,
     BalanceConfiguration,
     BalanceSettings,

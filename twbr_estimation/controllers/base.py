@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ..bounds import Bounds as Bounds
-from ..declared import Parameter, collected, configured, declared
 from ..errors import ConfigurationError
+from ..parameters.bounds import Bounds as Bounds
+from ..parameters.declared import Parameter, collected, configured, declared
 from ..robot import Robot
 
 

@@ -11,16 +11,7 @@ from typing import Annotated, NamedTuple
 
 from ..robot import Robot
 from .base import Bounds, ControlInput, Controller
-from .steering import (
-    Target,
-    YawGain,
-    YawRateGain,
-    clamped,
-    here,
-    moved,
-    split,
-    turning_voltage,
-)
+from .steering import Target, YawGain, YawRateGain, clamped, here, moved, split, turning_voltage
 
 
 class Parameters(NamedTuple):

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bounds import Bounds as Bounds
-from ..declared import Parameter as Parameter
-from ..declared import collected, configured, declared
 from ..errors import ConfigurationError
+from ..parameters.bounds import Bounds as Bounds
+from ..parameters.declared import Parameter as Parameter
+from ..parameters.declared import collected, configured, declared
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
 

@@ -19,15 +19,9 @@ from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Bounds, Filter
 from .gains import BiasDrift, FirstBias, FirstTilt
-from .pendulum import (
-    Coefficients,
-    Core,
-    Noise,
-    start,
-    stepped,
-)
-from .pendulum_model import GYRO_BIAS, TILT, TILT_RATE, model_of
-from .pendulum_noise import (
+from .model_based.engine import Coefficients, Core, Noise, start, stepped
+from .model_based.model import GYRO_BIAS, TILT, TILT_RATE, model_of
+from .model_based.noise import (
     AccelNoise,
     AngleNoise,
     GyroNoise,

@@ -13,9 +13,9 @@ from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Bounds, Filter
 from .gains import FirstTilt
-from .pendulum import Coefficients, Noise, PendulumState, start, state_of, stepped
-from .pendulum_model import model_of
-from .pendulum_noise import (
+from .model_based.engine import Coefficients, Noise, PendulumState, start, state_of, stepped
+from .model_based.model import model_of
+from .model_based.noise import (
     AccelNoise,
     AngleNoise,
     GyroNoise,

@@ -21,8 +21,20 @@ import numpy as np
 
 from ..samples import CorrectedSample, TiltEstimate
 from .base import Filter
-from .error_growth import propagated
-from .error_state import (
+from .inertial.aiding import (
+    HOLD,
+    Aiding,
+    aid,
+    begin_distance,
+    drifted_excess,
+    estimate_excess,
+    rolled_distance,
+    usable_wheels,
+    watched,
+    wheel_slopes,
+)
+from .inertial.error_growth import propagated
+from .inertial.error_state import (
     ACCEL_BIAS,
     ATTITUDE,
     BEND,
@@ -37,8 +49,7 @@ from .error_state import (
     WHEEL_RADIUS,
     Array,
 )
-from .ins_parameters import Coefficients, Parameters, derive
-from .navigation import (
+from .inertial.navigation import (
     Navigation,
     Reading,
     Window,
@@ -51,19 +62,8 @@ from .navigation import (
     repaired,
     share_kept,
 )
-from .odometer_aiding import (
-    HOLD,
-    Aiding,
-    aid,
-    begin_distance,
-    drifted_excess,
-    estimate_excess,
-    rolled_distance,
-    usable_wheels,
-    watched,
-    wheel_slopes,
-)
-from .strapdown import attitude_at, heading_of, tilt_ahead
+from .inertial.parameters import Coefficients, Parameters, derive
+from .inertial.strapdown import attitude_at, heading_of, tilt_ahead
 
 PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""

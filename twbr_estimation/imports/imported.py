@@ -14,13 +14,13 @@ from types import ModuleType
 import numpy as np
 
 from ..bags import write_recording
-from ..bags.cdr import Columns
 from ..bags.cleaning import Cleaner
+from ..bags.columns import Columns
+from ..configuration.files import write_section, write_settings
+from ..configuration.filter_settings import Settings
 from ..errors import RecordingError
 from ..recording import FloatArray, Recording, StampArray
 from ..robot import Calibration, CorrectionSettings, Robot
-from ..settings import Settings
-from ..yaml_files import write_section, write_settings
 
 START = 1_000_000_000
 """Stamp of the first sample of logs that know no date [ns]."""

@@ -13,10 +13,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from ..calibration.stillness import StillnessSettings, still_calibration
+from ..configuration.files import read_setup, write_section
 from ..errors import TwbrError
 from ..robot import Calibration, Setup
 from ..samples import Sample
-from ..yaml_files import read_setup, write_section
 from .declarations import declarations_of, settings_from
 from .parameters import NodeParameters
 from .qos import latched

@@ -22,10 +22,10 @@ from std_srvs.srv import SetBool
 from ..controllers.base import MotorVoltages
 from ..errors import MessageError
 from ..messages import tilt_of_quaternion
-from ..streams.balancing import NO_VOLTAGE, Standing
-from ..streams.cdr import GYRO, WheelDecoder, decode_float64, decode_imu, encode_float64s
-from ..streams.control import ControlConfiguration, ControlStream
+from ..streams.control.balance import NO_VOLTAGE, Standing
+from ..streams.control.motors import ControlConfiguration, ControlStream
 from ..streams.corrected import has_angle
+from ..streams.messages import GYRO, WheelDecoder, decode_float64, decode_imu, encode_float64s
 from .controller_parameters import (
     TiltSource,
     declare_controller_inputs,

@@ -10,12 +10,12 @@ from typing import Annotated, Any
 
 from rclpy.node import Node
 
-from ..bounds import Bounds, require_bounds
 from ..controllers.base import controllers
 from ..errors import TwbrError
+from ..parameters.bounds import Bounds, require_bounds
 from ..robot import Robot
-from ..streams.balancing import BalanceConfiguration, BalanceSettings
-from ..streams.control import ControlConfiguration, ControlSettings
+from ..streams.control.balance import BalanceConfiguration, BalanceSettings
+from ..streams.control.motors import ControlConfiguration, ControlSettings
 from .declarations import (
     declarations_of,
     declared_values_from,

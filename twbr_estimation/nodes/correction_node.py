@@ -12,12 +12,12 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
 from ..errors import MessageError
-from ..pairing import MotorCommand, WheelReading
+from ..pipeline.pairing import MotorCommand, WheelReading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
-from ..streams.cdr import ImuEncoder, WheelDecoder, decode_raw_imu
 from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream, Stamped
+from ..streams.messages import ImuEncoder, WheelDecoder, decode_raw_imu
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report

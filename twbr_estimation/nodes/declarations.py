@@ -15,9 +15,9 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
-from ..bounds import Bounds, bounds_of
 from ..errors import ConfigurationError
 from ..filters.base import Filter
+from ..parameters.bounds import Bounds, bounds_of
 
 if TYPE_CHECKING:  # nodes that filter start without the controllers
     from ..controllers.base import Controller

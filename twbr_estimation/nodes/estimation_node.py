@@ -13,7 +13,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
 from ..messages import joint_position, sample_of, stamp_of
-from ..pairing import wheel_reading
+from ..pipeline.pairing import wheel_reading
 from .correction_node import CorrectionNode
 from .encoder_node import EncoderNode
 from .filter_node import FilterNode

@@ -15,9 +15,9 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
 from ..errors import MessageError
-from ..estimator_topics import EstimatorTopic
 from ..messages import tilt_of_quaternion
-from ..streams.cdr import (
+from ..scoring.estimator_topics import EstimatorTopic
+from ..streams.messages import (
     ORIENTATION,
     ORIENTATION_COVARIANCE,
     JointStateDecoder,

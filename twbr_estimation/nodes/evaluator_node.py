@@ -21,12 +21,12 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
-from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError, MessageError, TwbrError
-from ..estimator_topics import EstimatorTopic, estimator_topic
-from ..evaluation import Options, RecordingScore
-from ..streams.cdr import JointStateDecoder
-from ..streams.evaluation import LiveEvaluation
+from ..parameters.bounds import Bounds, require_bounds
+from ..scoring.errors import Options, RecordingScore
+from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
+from ..scoring.live import LiveEvaluation
+from ..streams.messages import JointStateDecoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .estimator_inputs import estimator_inputs
@@ -265,12 +265,12 @@ class EvaluatorNode(Node):
     def _print(self) -> None:
         from rich.console import Console
 
-        from ..scores import print_scores
+        from ..scoring.table import print_scores
 
         print_scores(Console(), self._finished)
 
     def _write(self) -> None:
-        from ..scores import write_scores
+        from ..scoring.table import write_scores
 
         try:
             write_scores(self._settings.json_file, self._finished)

@@ -15,8 +15,8 @@ from std_srvs.srv import Trigger
 
 from ..errors import MessageError
 from ..samples import CorrectedSample
-from ..streams.cdr import decode_motor_command
 from ..streams.filtering import FilterStream
+from ..streams.messages import decode_motor_command
 from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters

@@ -23,10 +23,10 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import Trigger
 
 from ..bags.playback import read_playback
-from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError, TwbrError
-from ..streams.pacing import Pace, Window
-from ..streams.player import Player, Stretch, stamp_of
+from ..parameters.bounds import Bounds, require_bounds
+from ..streams.replay.pacing import Pace, Window
+from ..streams.replay.player import Player, Stretch, stamp_of
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .message_types import has_header, message_type

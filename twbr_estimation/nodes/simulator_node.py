@@ -27,11 +27,11 @@ from ..sensors.encoder import EncoderSettings
 from ..sensors.motion import Angle
 from ..sensors.simulated_counter import SimulatedCounter
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
+from ..simulation.robot import Reading
 from ..simulation.simulate import WHEEL_COUNTS
-from ..simulation.stepping import Reading
-from ..streams.cdr import ACCEL, GYRO, ImuEncoder, JointStateEncoder, decode_float64s
-from ..streams.simulator import Simulator
-from ..streams.simulator_settings import Disturbance, SensorPath, SimulatorSettings
+from ..streams.messages import ACCEL, GYRO, ImuEncoder, JointStateEncoder, decode_float64s
+from ..streams.simulator.settings import Disturbance, SensorPath, SimulatorSettings
+from ..streams.simulator.simulator import Simulator
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .encoder_node import EncoderNode

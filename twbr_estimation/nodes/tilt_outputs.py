@@ -10,8 +10,8 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool, Float64
 
 from ..samples import CorrectedSample, TiltEstimate
-from ..streams.cdr import ImuEncoder, JointStateEncoder, encode_float64
 from ..streams.corrected import imu_values
+from ..streams.messages import ImuEncoder, JointStateEncoder, encode_float64
 from .qos import latched, overridable, published
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from .. import batch
 from ..errors import RecordingError
-from ..evaluation import Association, Options, errors_of
-from ..pairing import pair
+from ..pipeline.pairing import pair
 from ..recording import FloatArray, ImuTrack, Recording
 from ..robot import Calibration, Setup
+from ..scoring.errors import Association, Options, errors_of
 from .allan import AllanCurve, allan_curve
 from .rest import Drift, drift, longest_rest
 from .spectra import AngleNoise, Spectrum, angle_noise, band_of, spectrum

@@ -7,14 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .. import batch
+from ..configuration.of_recording import TERMS, with_terms
 from ..errors import RecordingError
-from ..evaluation import Options, score_recording
+from ..evaluate import Request, Run, run
 from ..filters import filter_named
 from ..noise.analysis import Motion, motion_of, uncorrected
-from ..offline import TERMS, Request, Run, run, with_terms
-from ..pairing import SampleTrack, pair
+from ..pipeline.pairing import SampleTrack, pair
 from ..recording import TiltTrack
 from ..robot import Setup
+from ..scoring.errors import Options, score_recording
 from .quality import Quality, quality_of
 
 RAW = "raw angle"

@@ -15,9 +15,9 @@ import numpy as np
 
 from .. import __version__
 from ..errors import ConfigurationError
-from ..evaluation import Options, mean_over
+from ..evaluate import Run
 from ..filters import filter_named
-from ..offline import Run
+from ..scoring.errors import Options, mean_over
 from .data import RAW, RecordingReport
 from .traces import REFERENCE, Trace, styles_of, traces_of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bags.cleaning import GAP_PERIODS
-from ..offline import Run, saturated_share
+from ..evaluate import Run, saturated_share
 from ..recording import StampArray
 
 

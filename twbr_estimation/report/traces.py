@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordingError
-from ..evaluation import Association, Options, errors_of
+from ..evaluate import Run
 from ..noise import Spectrum, spectrum, uniform_stretch
 from ..noise.analysis import SHORTEST_MOTION
-from ..offline import Run
 from ..recording import FloatArray, TiltTrack
+from ..scoring.errors import Association, Options, errors_of
 from .data import RAW, RecordingReport
 from .palette import ERROR_COLOURS, MOTION, style_of
 

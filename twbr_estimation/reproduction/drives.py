@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..presets import preset
+from ..configuration.presets import preset
 from ..samples import Sample
 from ..simulation import World, simulate
 from ..simulation.worlds import PAPER

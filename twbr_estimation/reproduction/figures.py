@@ -12,12 +12,12 @@ from ..batch import run_filter
 from ..calibration.held_poses import held_poses
 from ..calibration.poses import AXES, PosesResult, calibrate_poses
 from ..calibration.stillness import specific_force
-from ..evaluation import Options
 from ..filters import filter_named
 from ..noise import spectrum
 from ..noise.analysis import motion_of
 from ..recording import FloatArray, Recording
 from ..robot import Setup
+from ..scoring.errors import Options
 from ..simulation import World, simulate
 from .drives import TRAINING_SEEDS, Plan, drives
 from .printed import ANGLE_SNR_DB, FIGURE_12, SCALE_MSE

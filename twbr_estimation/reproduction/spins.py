@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..batch import CorrectedTrack, correct, run_filter
+from ..configuration.presets import preset
 from ..filters import filter_named
-from ..pairing import pair
-from ..presets import preset
+from ..pipeline.pairing import pair
 from ..robot import CorrectionSettings, Setup
 from ..simulation.spinning import PERIOD, SpinSensor, spin
 from .drives import Plan

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..batch import run_filter
-from ..evaluation import Association, Options, Score, score
 from ..filters import filter_named
 from ..recording import FloatArray, TiltTrack
 from ..robot import CorrectionSettings
+from ..scoring.errors import Association, Options, Score, score
 from ..simulation import simulate
 from ..simulation.worlds import STAND
 from ..tuning.filter import TuningTask

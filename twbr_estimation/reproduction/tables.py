@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from ..configuration.presets import preset
 from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..filters.base import Filter
-from ..presets import preset
 from ..robot import CorrectionSettings
 from ..tuning.correction import corrected_mse, tune_correction
 from ..tuning.filter import TunedFilter, TuningTask, mean_square_error

@@ -7,8 +7,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple, Protocol
 
-from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError
+from ..parameters.bounds import Bounds, require_bounds
 
 INDEX_WIDTH = 4
 """Width of an index pulse [counts]: its edges differ by that between the two directions."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Annotated
 
-from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError, SensorError
+from ..parameters.bounds import Bounds, require_bounds
 from .encoder import Counter, Encoder, EncoderSettings
 from .gpio_counter import open_gpio_counter
 from .motion import swing_tilt, swing_wheel

@@ -11,8 +11,8 @@ from enum import Enum, IntEnum
 from struct import Struct
 from typing import Annotated, NamedTuple
 
-from ..bounds import Bounds, require_bounds
 from ..errors import ConfigurationError, SensorError
+from ..parameters.bounds import Bounds, require_bounds
 from ..robot import Calibration
 from ..samples import STANDARD_GRAVITY
 from .i2c import Registers

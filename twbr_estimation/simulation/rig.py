@@ -21,9 +21,9 @@ from ..plants.laddach2022 import (
 )
 from ..samples import STANDARD_GRAVITY
 from ..sensors.error_model import Triple
-from .balance import BalanceGains, balance_voltage
 from .disturbances import STEP
-from .sensing import Motion
+from .planar_sensing import Motion
+from .rig_controller import BalanceGains, balance_voltage
 
 PUSH_HEIGHT = 0.18
 """Where pushes act, above the axle [m]."""

@@ -13,10 +13,10 @@ import numpy as np
 from ..plants.laddach2022 import PlantParameters
 from ..recording import FloatArray
 from . import stand
-from .balance import balance_gains
 from .disturbances import STEP, disturb
-from .loops import drive
-from .sensing import Motion
+from .kernels import drive
+from .planar_sensing import Motion
+from .rig_controller import balance_gains
 from .turning import Turning, turning
 from .worlds import World
 

@@ -11,10 +11,10 @@ from ..errors import ConfigurationError
 from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
-from .loops import measure, measure_felt
+from .kernels import measure, measure_felt
+from .planar_sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
 from .scenes import SCENES, Performed
-from .sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
-from .spatial import felt, in_sensor_axes, wheel_angles
+from .spatial_sensing import felt, in_sensor_axes, wheel_angles
 from .turning import straight
 from .worlds import World, world_named
 

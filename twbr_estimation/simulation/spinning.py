@@ -28,7 +28,7 @@ from ..plants.sihite2018 import (
 from ..recording import FloatArray, ImuTrack, MotorTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Calibration, Robot, Setup
 from .disturbances import STEP, stream
-from .sensing import quantised
+from .planar_sensing import quantised
 
 PERIOD = 0.005
 """Of controller and sensors [s]."""

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..recording import FloatArray
 from .disturbances import STEP, half_sines, stream, vibration
+from .planar_sensing import Motion
 from .rig import Ring, ring_acceleration, rung
-from .sensing import Motion
 from .worlds import World
 
 FREQUENCY = 2.0 * math.pi * 0.9

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..filters.error_state import STATES, Array
+from ..filters.inertial.error_state import STATES, Array
 
 TINY = 1e-12
 """Added to the diagonal of the scaled covariance that is inverted."""

@@ -13,32 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..filters.error_growth import propagated, transition
-from ..filters.error_state import (
-    ACCEL_BIAS,
-    DISTANCE,
-    EXCESS,
-    MOVING,
-    SOURCES,
-    STATES,
-    Array,
-    observe,
-)
-from ..filters.ins_odometer import LOST, PERIOD, State, reset
-from ..filters.ins_parameters import Coefficients
-from ..filters.navigation import (
-    Navigation,
-    Reading,
-    Window,
-    empty_window,
-    extend,
-    gyro_saturated,
-    integrate,
-    read,
-    repaired,
-    share_kept,
-)
-from ..filters.odometer_aiding import (
+from ..filters.inertial.aiding import (
     EXCESS_TIME,
     ROOM_PERIOD,
     Aiding,
@@ -52,7 +27,32 @@ from ..filters.odometer_aiding import (
     watched,
     wheel_slopes,
 )
-from ..filters.strapdown import Quaternion
+from ..filters.inertial.error_growth import propagated, transition
+from ..filters.inertial.error_state import (
+    ACCEL_BIAS,
+    DISTANCE,
+    EXCESS,
+    MOVING,
+    SOURCES,
+    STATES,
+    Array,
+    observe,
+)
+from ..filters.inertial.navigation import (
+    Navigation,
+    Reading,
+    Window,
+    empty_window,
+    extend,
+    gyro_saturated,
+    integrate,
+    read,
+    repaired,
+    share_kept,
+)
+from ..filters.inertial.parameters import Coefficients
+from ..filters.inertial.strapdown import Quaternion
+from ..filters.ins_odometer import LOST, PERIOD, State, reset
 from ..samples import CorrectedSample, TiltEstimate
 
 

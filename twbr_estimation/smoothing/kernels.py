@@ -9,9 +9,9 @@ import numpy as np
 
 from ..batch import SOURCES, sample_at
 from ..compilation import compiled, source_version
-from ..filters.error_state import STATES, Array
+from ..filters.inertial.error_state import STATES, Array
+from ..filters.inertial.strapdown import heading_of, matrix_of, product, rotation_of, tilt_of
 from ..filters.ins_odometer import tilt_variance
-from ..filters.strapdown import heading_of, matrix_of, product, rotation_of, tilt_of
 from .backward import Later, step_back
 from .forward import advance
 

@@ -18,11 +18,11 @@ import numpy as np
 from ..batch import CorrectedTrack, correct
 from ..errors import RecordingError
 from ..filters import filter_named
-from ..filters.error_state import ATTITUDE, STATES, Array
+from ..filters.inertial.error_state import ATTITUDE, STATES, Array
+from ..filters.inertial.navigation import repaired
+from ..filters.inertial.parameters import Coefficients
 from ..filters.ins_odometer import State, reset
-from ..filters.ins_parameters import Coefficients
-from ..filters.navigation import repaired
-from ..pairing import pair
+from ..pipeline.pairing import pair
 from ..recording import FloatArray, Recording, StampArray, TiltTrack
 from ..robot import Robot, Setup
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate

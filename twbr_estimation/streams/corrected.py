@@ -10,10 +10,10 @@ import math
 from collections import deque
 
 from ..messages import tilt_of_quaternion
-from ..pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
+from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..samples import CorrectedSample, Sample
-from .cdr import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
 from .correction import UNKNOWN_TIME, Stamped
+from .messages import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
 from .stamps import StampGuard, Verdict
 
 ROLL_YAW_VARIANCE = math.pi**2

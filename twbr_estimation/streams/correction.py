@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 
-from ..correction import SATURATION_MARGIN, Corrector
-from ..oversampling import Oversampler
-from ..pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
+from ..pipeline.correction import SATURATION_MARGIN, Corrector
+from ..pipeline.oversampling import Oversampler
+from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample
 from .stamps import StampGuard, Verdict

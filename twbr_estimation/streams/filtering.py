@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from ..bounds import Bounds, require_bounds
+from ..configuration.filter_settings import DEFAULT_FILTER, DT_TOLERANCE
 from ..errors import ConfigurationError
 from ..estimator import FilterBank
 from ..filters.base import Filter, filter_named, filters
+from ..parameters.bounds import Bounds, require_bounds
 from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
-from ..settings import DEFAULT_FILTER, DT_TOLERANCE
 
 ALL = "all"
 """In `compare`: every filter there is."""

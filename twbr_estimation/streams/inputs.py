@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from ..bounds import Bounds, require_bounds
-from ..pairing import DEFAULT_WAIT
+from ..parameters.bounds import Bounds, require_bounds
+from ..pipeline.pairing import DEFAULT_WAIT
 
 
 @dataclass(frozen=True, slots=True)

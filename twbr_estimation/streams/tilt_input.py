@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 
-from ..pairing import MotorCommand
+from ..pipeline.pairing import MotorCommand
 from ..robot import Setup
-from .cdr import ACCEL, GYRO, WheelDecoder, decode_imu
 from .corrected import CorrectedStream, has_angle
 from .correction import CorrectionStream, Stamped
 from .inputs import InputSettings
+from .messages import ACCEL, GYRO, WheelDecoder, decode_imu
 
 
 class TiltInput:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..batch import correct
-from ..bounds import Bounds
 from ..filters.base import Parameter
+from ..parameters.bounds import Bounds
 from ..robot import CorrectionSettings
 from .objective import TuningSet
 from .search import Found, Progress, search, unwatched

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ..batch import CorrectedTrack, correct
 from ..errors import ConfigurationError, RecordingError
-from ..evaluation import Association, Options
-from ..pairing import SampleTrack, pair
+from ..pipeline.pairing import SampleTrack, pair
 from ..recording import FloatArray, Recording, StampArray
 from ..robot import CorrectionSettings, Setup
 from ..samples import Sample
+from ..scoring.errors import Association, Options
 
 SLOPE_HALF_WIDTH = 0.01
 """The reference's rate is its difference over twice this [s]: one sample shows its counts only."""

@@ -1,0 +1,1 @@
+"""Configuration files: ROS parameter files to values and back, presets, provenance."""

@@ -1,0 +1,63 @@
+"""Filter settings: parameter values by filter, and the sampling period they were tuned at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..filters import Filter
+
+DEFAULT_FILTER = "ins_odometer"
+"""The filter that speaks where none is named; its defaults are physical and suit any robot
+with a calibrated MPU6050, at any sampling period."""
+DT_TOLERANCE = 0.05
+"""Relative difference of sampling periods above which settings warn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Values that replace the filters' defaults."""
+
+    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Parameter values by filter name; a filter or parameter not named keeps its defaults."""
+    filter: str = DEFAULT_FILTER
+    """Name of the filter that speaks."""
+    dt: float = 0.0
+    """Sampling period the values were tuned at [s]; 0 where unknown."""
+    source: str = "the filters' defaults"
+    """Where the values come from, for messages."""
+
+    def parameters(self, entry: Filter) -> Any:
+        """Return the parameters of one filter.
+
+        Raises:
+            ConfigurationError: a value is unknown to the filter or out of its bounds.
+        """
+        return entry.configure(self.values.get(entry.name))
+
+    def warnings(self, dt: float, entries: Iterable[Filter] = ()) -> tuple[str, ...]:
+        """Return what a user should know before using these settings at sampling period `dt`.
+
+        Args:
+            dt: Sampling period of the data [s].
+            entries: Filters that will run; those without values here are judged by the
+                sampling period of their defaults.
+        """
+        found = []
+        if self.values and _differs(self.dt, dt):
+            found.append(f"{self.source}: tuned at {self.dt:g} s, used at {dt:g} s")
+        untuned: dict[float, list[str]] = {}
+        for entry in entries:
+            if entry.name not in self.values and _differs(entry.tuned_dt or 0.0, dt):
+                untuned.setdefault(entry.tuned_dt or 0.0, []).append(entry.name)
+        for tuned_dt, names in untuned.items():
+            found.append(
+                f"defaults of {', '.join(names)}: tuned at {tuned_dt:g} s, used at {dt:g} s"
+            )
+        return tuple(found)
+
+
+def _differs(tuned_dt: float, dt: float) -> bool:
+    """Return whether both periods are known and lie apart by more than the tolerance."""
+    return tuned_dt > 0.0 and dt > 0.0 and abs(dt / tuned_dt - 1.0) > DT_TOLERANCE

@@ -1,0 +1,1 @@
+"""Parts of the inertial navigation filter `ins_odometer`."""

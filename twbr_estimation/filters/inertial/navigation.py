@@ -1,0 +1,288 @@
+"""Inertial navigation from sample to sample, and what it tells the covariance.
+
+The mechanisation of `ins_odometer`: body rates and specific forces, freed of the errors
+estimated so far, are integrated to attitude, velocity, position and distance along the
+heading (trapezoidal rule, coning included).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ...samples import STANDARD_GRAVITY, CorrectedSample
+from .error_state import (
+    ACCEL_BIAS,
+    BEND,
+    DISTANCE,
+    EXCESS,
+    GYRO_BIAS,
+    GYRO_CROSS,
+    GYRO_GAIN,
+    LEVER_UP,
+    POSITION,
+    VELOCITY,
+    WHEEL_RADIUS,
+    Array,
+    numbers_of,
+)
+from .strapdown import (
+    Matrix,
+    Quaternion,
+    Vector,
+    heading_of,
+    matrix_of,
+    product,
+    rotated,
+    rotation_of,
+    turned,
+)
+
+GYRO_SATURATED = 1.0
+"""A variance of the rate above this marks a saturated gyro [(rad/s)^2]."""
+ACCEL_SATURATED = 10.0
+"""A variance of the specific force above this marks a clipped one [(m/s^2)^2]."""
+SATURATION_MEMORY = 0.02
+"""How long the error of a saturated roll or yaw rate stays alike [s]."""
+SHOCK = 1.0
+"""Change of velocity that one clipped sample may hide [m/s]."""
+JUMP = 0.25
+"""Variance of the mean between two samples per square of their difference; a jump at an
+unknown instant alone gives 1/12."""
+BEND_AT = 2.0
+"""Forward reading at which the accelerometer's bend is stated [m/s^2]."""
+
+_ZEROS = (0.0, 0.0, 0.0)
+
+
+class Navigation(NamedTuple):
+    """Where the sensor is, how it moves, and what is wrong with it."""
+
+    attitude: Quaternion
+    velocity: Vector
+    """Level axes [m/s]."""
+    position: Vector
+    """Displacement of late, level axes [m]."""
+    distance: float
+    """Distance the sensor moved along the robot's heading [m]."""
+    gyro_bias: Vector
+    gyro_gain: Vector
+    """What to add to 1 before a calibrated rate is multiplied by it."""
+    accel_bias: Vector
+    excess: float
+    """Tilt rate beyond the gyro's range while it is saturated [rad/s]."""
+    lever_up: float
+    """What to add to the height of the lever arm [m]."""
+    wheel_radius: float
+    """What to add to 1 before the radius of the wheels is multiplied by it."""
+    gyro_cross: float
+    """Share of the yaw rate that the roll rate lacks."""
+    bend: tuple[float, float]
+    """What the forward accelerometer reads too much at -`BEND_AT` and below, and at `BEND_AT`
+    and above; in proportion in between [m/s^2]."""
+
+
+class Reading(NamedTuple):
+    """What the last sample said."""
+
+    body: Matrix
+    """From body to level axes."""
+    rate: Vector
+    """Angular rate freed of the estimated errors, body axes [rad/s]."""
+    force: Vector
+    """Specific force freed of the estimated errors, level axes [m/s^2]."""
+    gyro: Vector
+    accel: Vector
+
+
+class Window(NamedTuple):
+    """What the covariance needs to know of the samples since its last update.
+
+    A window is short, so body axes are taken for where they point at its end.
+    """
+
+    time: float
+    """Length [s]."""
+    saturated: float
+    """Time during which the gyro was saturated [s]."""
+    turn: Vector
+    """Integral of the gyro's reading, body axes [rad]."""
+    push: Vector
+    """Integral of the specific force, level axes [m/s]."""
+    bend: tuple[float, float]
+    """Integrals of the shares of each bend that the readings held [s]."""
+    turn_noise: Vector
+    """Variance of the turn, body axes [rad^2]."""
+    push_noise: Vector
+    """Variance of the push, body axes [(m/s)^2]."""
+
+
+def empty_window() -> Window:
+    """Return a window without samples."""
+    return Window(0.0, 0.0, _ZEROS, _ZEROS, (0.0, 0.0), _ZEROS, _ZEROS)
+
+
+def gyro_saturated(sample: CorrectedSample) -> bool:
+    """Whether the tilt rate was beyond the gyro's range."""
+    return sample.gyro_variance_y > GYRO_SATURATED
+
+
+def clipped(sample: CorrectedSample) -> bool:
+    """Whether any sensor was beyond its range."""
+    gyro = sample.gyro_variance_x + sample.gyro_variance_y + sample.gyro_variance_z
+    accel = sample.accel_variance_x + sample.accel_variance_y + sample.accel_variance_z
+    return gyro > GYRO_SATURATED or accel > ACCEL_SATURATED
+
+
+def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> Reading:
+    """Return what to remember of a sample at the attitude of `nav`."""
+    return _reading(nav.attitude, nav, rate, sample)
+
+
+def _reading(
+    attitude: Quaternion, nav: Navigation, rate: Vector, sample: CorrectedSample
+) -> Reading:
+    body, bias = matrix_of(attitude), nav.accel_bias
+    accel = (sample.accel_x, sample.accel_y, sample.accel_z)
+    back, ahead = bend_shares(accel[0])
+    forward = accel[0] - bias[0] - (back * nav.bend[0] + ahead * nav.bend[1])
+    force = rotated(body, (forward, accel[1] - bias[1], accel[2] - bias[2]))
+    return Reading(body, rate, force, (sample.gyro_x, sample.gyro_y, sample.gyro_z), accel)
+
+
+def bend_shares(forward: float) -> tuple[float, float]:
+    """Return which share of each bend a forward reading [m/s^2] holds."""
+    share = min(max(forward / BEND_AT, -1.0), 1.0)
+    return max(-share, 0.0), max(share, 0.0)
+
+
+def body_rate(nav: Navigation, sample: CorrectedSample) -> Vector:
+    """Return the angular rate freed of the estimated errors [rad/s]."""
+    gain, bias = nav.gyro_gain, nav.gyro_bias
+    excess = nav.excess if gyro_saturated(sample) else 0.0
+    return (
+        (1.0 + gain[0]) * sample.gyro_x - bias[0] + nav.gyro_cross * sample.gyro_z,
+        (1.0 + gain[1]) * sample.gyro_y - bias[1] + excess,
+        (1.0 + gain[2]) * sample.gyro_z - bias[2],
+    )
+
+
+def integrate(
+    nav: Navigation, last: Reading, sample: CorrectedSample, lever: Vector, room_time: float
+) -> tuple[Navigation, Reading]:
+    """Move on by one sample.
+
+    Args:
+        nav: the navigation at the last sample.
+        last: what that sample said.
+        sample: the new one.
+        lever: position of the sensor relative to the axle's middle, body axes [m].
+        room_time: time over which displacements are forgotten [s].
+    """
+    dt, v, p = sample.dt, nav.velocity, nav.position
+    rate = body_rate(nav, sample)
+    attitude = turned(nav.attitude, last.rate, rate, dt)
+    now = _reading(attitude, nav, rate, sample)
+    before, after, half = last.force, now.force, 0.5 * dt
+    gain_x = half * (before[0] + after[0])
+    gain_y = half * (before[1] + after[1])
+    gain_z = half * (before[2] + after[2]) - dt * STANDARD_GRAVITY
+    step_x, step_y = dt * (v[0] + 0.5 * gain_x), dt * (v[1] + 0.5 * gain_y)
+    step_z = dt * (v[2] + 0.5 * gain_z)
+    m, kept = now.body, 1.0 - min(dt / room_time, 1.0)
+    forward, left = heading_of(m)
+    arm = rotated(m, lever)
+    yaw = m[6] * rate[0] + m[7] * rate[1] + m[8] * rate[2]
+    rolled = step_x * forward + step_y * left + dt * yaw * (arm[1] * forward - arm[0] * left)
+    moved = Navigation(
+        attitude,
+        (v[0] + gain_x, v[1] + gain_y, v[2] + gain_z),
+        (p[0] * kept + step_x, p[1] * kept + step_y, p[2] * kept + step_z),
+        nav.distance + (1.0 - nav.wheel_radius) * rolled,
+        nav.gyro_bias,
+        nav.gyro_gain,
+        nav.accel_bias,
+        nav.excess,
+        nav.lever_up,
+        nav.wheel_radius,
+        nav.gyro_cross,
+        nav.bend,
+    )
+    return moved, now
+
+
+def extend(window: Window, last: Reading, now: Reading, sample: CorrectedSample) -> Window:
+    """Add one sample to the window."""
+    dt, force, gyro, was = sample.dt, now.force, now.gyro, last.gyro
+    saturated, known = 0.0, sample.gyro_variance_y
+    if gyro_saturated(sample):
+        saturated, known = dt, 0.0
+    turn, push, t, p = window.turn, window.push, window.turn_noise, window.push_noise
+    accel, before = now.accel, last.accel
+    back, ahead = bend_shares(accel[0])
+    return Window(
+        window.time + dt,
+        window.saturated + saturated,
+        (turn[0] + dt * gyro[0], turn[1] + dt * gyro[1], turn[2] + dt * gyro[2]),
+        (push[0] + dt * force[0], push[1] + dt * force[1], push[2] + dt * force[2]),
+        (window.bend[0] + dt * back, window.bend[1] + dt * ahead),
+        (
+            t[0] + _turn_noise(sample.gyro_variance_x, gyro[0] - was[0], dt),
+            t[1] + _turn_noise(known, gyro[1] - was[1], dt),
+            t[2] + _turn_noise(sample.gyro_variance_z, gyro[2] - was[2], dt),
+        ),
+        (
+            p[0] + _push_noise(sample.accel_variance_x, accel[0] - before[0], dt),
+            p[1] + _push_noise(sample.accel_variance_y, accel[1] - before[1], dt),
+            p[2] + _push_noise(sample.accel_variance_z, accel[2] - before[2], dt),
+        ),
+    )
+
+
+def _turn_noise(variance: float, jump: float, dt: float) -> float:
+    memory = max(dt, SATURATION_MEMORY) if variance > GYRO_SATURATED else dt
+    return dt * (memory * variance + dt * JUMP * jump * jump)
+
+
+def _push_noise(variance: float, jump: float, dt: float) -> float:
+    if variance > ACCEL_SATURATED:
+        return SHOCK * SHOCK
+    return dt * dt * (variance + JUMP * jump * jump)
+
+
+def repaired(nav: Navigation, error: Array) -> Navigation:
+    """Return the navigation freed of an estimated error vector."""
+    e = numbers_of(error)
+    return Navigation(
+        product(rotation_of((e[0], e[1], e[2])), nav.attitude),
+        _plus(nav.velocity, e, VELOCITY),
+        _plus(nav.position, e, POSITION),
+        nav.distance + e[DISTANCE],
+        _plus(nav.gyro_bias, e, GYRO_BIAS),
+        _plus(nav.gyro_gain, e, GYRO_GAIN),
+        _plus(nav.accel_bias, e, ACCEL_BIAS),
+        nav.excess + e[EXCESS],
+        nav.lever_up + e[LEVER_UP],
+        nav.wheel_radius + e[WHEEL_RADIUS],
+        nav.gyro_cross + e[GYRO_CROSS],
+        (nav.bend[0] + e[BEND], nav.bend[1] + e[BEND + 1]),
+    )
+
+
+def _plus(vector: Vector, numbers: Sequence[float], first: int) -> Vector:
+    return (
+        vector[0] + numbers[first],
+        vector[1] + numbers[first + 1],
+        vector[2] + numbers[first + 2],
+    )
+
+
+def decayed(vector: Vector, keep: float) -> Vector:
+    """Return a vector times a number."""
+    return keep * vector[0], keep * vector[1], keep * vector[2]
+
+
+def share_kept(time: float, time_constant: float) -> float:
+    """Return what is left of a first-order process after some time."""
+    return math.exp(-time / time_constant)

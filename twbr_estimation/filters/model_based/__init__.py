@@ -1,0 +1,1 @@
+"""Parts of the filters that use a model of the robot's dynamics."""

@@ -1,0 +1,1 @@
+"""Values that a user sets, each with bounds, unit and description."""

@@ -1,0 +1,66 @@
+"""Limits, unit and meaning of a number a user may set, and the check against them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, get_type_hints
+
+from ..errors import ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Limits, unit and meaning of one parameter; the metadata of an `Annotated` field."""
+
+    minimum: float
+    maximum: float
+    unit: str
+    description: str
+    logarithmic: bool = False
+    """True where a tuner should search the logarithm; it needs a floor where `minimum` is 0."""
+    tunable: bool = True
+    """False where a tuner leaves the value alone: switches, initial values, common scales."""
+
+
+def within(name: str, value: object, bounds: Bounds) -> float:
+    """Return `value` as a float, checked against `bounds`.
+
+    Raises:
+        ConfigurationError: not a finite number, or outside the bounds.
+    """
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ConfigurationError(f"{name}: {value!r} is not a number") from None
+    if not math.isfinite(number) or not bounds.minimum <= number <= bounds.maximum:
+        raise ConfigurationError(
+            f"{name}: {value!r} is outside [{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
+        )
+    return number
+
+
+@cache
+def bounds_of(kind: type[Any]) -> Mapping[str, Bounds]:
+    """Return the bounds of the `Annotated` fields of a dataclass or named tuple, by name."""
+    found = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        for extra in getattr(hint, "__metadata__", ()):
+            if isinstance(extra, Bounds):
+                found[name] = extra
+    return found
+
+
+def require_bounds(settings: object) -> None:
+    """Check every bounded field of a dataclass; arrays element by element.
+
+    Raises:
+        ConfigurationError: not a finite number, or outside the bounds.
+    """
+    kind: Any = type(settings)
+    for name, bounds in bounds_of(kind).items():
+        value = getattr(settings, name)
+        for element in value if isinstance(value, (tuple, list)) else (value,):
+            within(name, element, bounds)

@@ -1,0 +1,64 @@
+"""Parameters that a filter or a controller declares, and the folders both are found in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any, get_type_hints
+
+from ..errors import ConfigurationError
+from .bounds import Bounds, within
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One declared parameter."""
+
+    name: str
+    default: float
+    bounds: Bounds
+
+
+@cache
+def declared(kind: Any) -> tuple[Parameter, ...]:
+    """Return the parameters of a named tuple of `Annotated[float, Bounds(...)]`, in order."""
+    hints = get_type_hints(kind, include_extras=True)
+    defaults = kind._field_defaults
+    return tuple(
+        Parameter(name, float(defaults[name]), hints[name].__metadata__[0]) for name in kind._fields
+    )
+
+
+def configured(owner: str, kind: Any, values: Mapping[str, float]) -> Any:
+    """Return validated parameters, the defaults replaced by `values`.
+
+    Args:
+        owner: what they belong to and its name, for messages: `filter kalman`.
+        kind: the named tuple that declares them.
+        values: by name.
+
+    Raises:
+        ConfigurationError: unknown name, not a finite number, or outside its bounds.
+    """
+    known = {parameter.name: parameter for parameter in declared(kind)}
+    for name in values:
+        if name not in known:
+            raise ConfigurationError(
+                f"{owner} has no parameter {name!r}; it has: {', '.join(known) or 'none'}"
+            )
+    checked = {name: parameter.default for name, parameter in known.items()}
+    prefix = owner.rpartition(" ")[2]
+    for name, value in values.items():
+        checked[name] = within(f"{prefix}.{name}", value, known[name].bounds)
+    return kind(**checked)
+
+
+def collected(package: str, attribute: str) -> dict[str, Any]:
+    """Return `attribute` of every module of `package` that has it, by its own `name`, sorted."""
+    path = import_module(package).__path__
+    modules = (import_module(f"{package}.{entry.name}") for entry in iter_modules(path))
+    found = (getattr(module, attribute) for module in modules if hasattr(module, attribute))
+    return {entry.name: entry for entry in sorted(found, key=lambda entry: str(entry.name))}

@@ -1,0 +1,1 @@
+"""The stages between a recorded sample and a filter: pairing, correction, oversampling."""

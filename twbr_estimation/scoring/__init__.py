@@ -1,0 +1,1 @@
+"""Errors of estimates against a reference: figures, tables and plausibility checks."""

@@ -1,0 +1,95 @@
+"""Scores as a table on the terminal and as a JSON file."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from ..errors import ConfigurationError
+from .errors import SMOOTHED, RecordingScore, as_json, mean_over
+
+_COLUMNS = (
+    ("MSE\n[deg²]", "mse_deg2", "{:.4f}"),
+    ("RMSE\n[deg]", "rmse_deg", "{:.4f}"),
+    ("bias\n[deg]", "bias_deg", "{:+.4f}"),
+    ("max\n[deg]", "max_abs_deg", "{:.3f}"),
+    ("delay\n[ms]", "delay_s", "{:+.2f}"),
+)
+_MILLISECONDS = 1e3
+
+
+def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:
+    """Print a table for each recording, one of the means, and the warnings."""
+    for entry in scores:
+        _print_recording(console, entry)
+    if len(scores) > 1:
+        console.print(_table(f"mean over {len(scores)} recordings", mean_over(scores)))
+    for warning in dict.fromkeys(text for entry in scores for text in entry.warnings):
+        console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
+
+
+def write_scores(target: str, scores: Sequence[RecordingScore]) -> None:
+    """Write the JSON of `evaluation.as_json` to a file, or to stdout where `target` is `-`.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    write_json(target, as_json(scores))
+
+
+def write_json(target: str, document: Mapping[str, object]) -> None:
+    """Write a document to a file, or to stdout where `target` is `-`.
+
+    Raises:
+        ConfigurationError: the file cannot be written.
+    """
+    text = json.dumps(document, indent=2, allow_nan=False)
+    if target == "-":
+        sys.stdout.write(text + "\n")
+        return
+    try:
+        Path(target).write_text(text + "\n")
+    except OSError as error:
+        raise ConfigurationError(f"{target}: cannot be written: {error.strerror}") from None
+
+
+def _print_recording(console: Console, entry: RecordingScore) -> None:
+    title = f"{entry.source}: {entry.samples} samples at {entry.dt * _MILLISECONDS:g} ms"
+    figures = {
+        name: {column: getattr(score, column) for _, column, _ in _COLUMNS}
+        for name, score in entry.estimators.items()
+    }
+    console.print(_table(title, figures))
+    left_out = max((score.left_out for score in entry.estimators.values()), default=0)
+    if left_out:
+        console.print(f"  {left_out} samples without a reference left out")
+    stated = entry.smoothed_deviation_deg
+    if stated is not None and entry.reference == SMOOTHED:
+        console.print(
+            f"  reference: smoothed from the recording itself, +-{stated:.3f} deg",
+            soft_wrap=True,
+        )
+    elif stated is not None:
+        console.print(f"  smoothed: knows the whole recording; +-{stated:.3f} deg by its account")
+    for repair, count in entry.repairs.items():
+        console.print(f"  repaired: {escape(repair)}: {count}", soft_wrap=True)
+
+
+def _table(title: str, figures: Mapping[str, Mapping[str, float]]) -> Table:
+    table = Table(title=escape(title), title_justify="left")
+    table.add_column("estimator", no_wrap=True)
+    for heading, _, _ in _COLUMNS:
+        table.add_column(escape(heading), justify="right", no_wrap=True)
+    for name, values in sorted(figures.items(), key=lambda item: item[1]["mse_deg2"]):
+        cells = []
+        for _, figure, form in _COLUMNS:
+            scale = _MILLISECONDS if figure == "delay_s" else 1.0
+            cells.append(form.format(values[figure] * scale))
+        table.add_row(escape(name), *cells)
+    return table

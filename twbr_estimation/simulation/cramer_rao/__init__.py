@@ -1,0 +1,1 @@
+"""Cramer-Rao bound of the tilt error."""

@@ -1,0 +1,1 @@
+"""From tilt and wheel messages to motor commands."""

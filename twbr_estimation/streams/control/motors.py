@@ -1,0 +1,244 @@
+"""What a node adds to `balancing`: who may start the motors, when a step is due, no jumps.
+
+| what happens | outcome |
+|---|---|
+| the start, and a stream that starts afresh | cut until the robot is stood up |
+| a fall, or voltages that are no numbers | cut until it is stood up; without `start_when_upright` until it is enabled |
+| tilt or wheels late, or the tilt not valid | cut until that is over |
+| another controller, or other parameters | goes on from the last voltages, over `blend_time` |
+| disabled | cut until it is enabled |
+"""  # noqa: E501
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from ...controllers.base import MotorVoltages
+from ...parameters.bounds import Bounds, require_bounds
+from ...pipeline.pairing import WheelReading
+from ...plants.laddach2022 import PlantState, motor_torque
+from ...samples import RESTART_GAP
+from ..stamps import StampGuard, Verdict
+from .balance import NO_VOLTAGE, BalanceConfiguration, BalanceStream, Standing
+
+EARLY = 0.1
+"""Share of a period by which a step may come early, for samples that jitter."""
+DISABLED = "disabled; call ~/enable"
+
+
+@dataclass(frozen=True, slots=True)
+class ControlSettings:
+    """What a user chooses beyond `BalanceSettings`.
+
+    Raises:
+        ConfigurationError: a number out of bounds.
+    """
+
+    start_when_upright: bool = True
+    """Balance as soon as the robot is stood up; otherwise only after `~/enable`, also after
+    each fall."""
+    blend_time: Annotated[
+        float, Bounds(0.0, 10.0, "s", "Over which a change of controller or parameters acts")
+    ] = 0.2
+    rate_time_constant: Annotated[
+        float, Bounds(0.0, 1.0, "s", "Low-pass of the rate where it is derived from the tilt")
+    ] = 0.01
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ControlConfiguration:
+    """Everything a stream is made of."""
+
+    control: ControlSettings = field(default_factory=ControlSettings)
+    balance: BalanceConfiguration = field(default_factory=BalanceConfiguration)
+
+
+class ControlStream:
+    """Tilts in, voltages out where a step is due."""
+
+    def __init__(self, configuration: ControlConfiguration) -> None:
+        """Begin with the motors cut.
+
+        Raises:
+            ConfigurationError: an unknown parameter, or a value out of bounds.
+        """
+        self.guard = StampGuard()
+        self.counts: Counter[str] = Counter(steps=0, falls=0, cuts=0)
+        """How often something happened."""
+        self._configuration = configuration
+        self._balance = BalanceStream(configuration.balance)
+        self._balance.lay_down()
+        self._enabled = configuration.control.start_when_upright
+        self._tilt: tuple[int, float, float] | None = None
+        self._due: int | None = None
+        self._last_step = 0
+        self._given = NO_VOLTAGE
+        self._offset, self._blend_left = (0.0, 0.0), 0.0
+        self._changed = False
+
+    @property
+    def cut_because(self) -> str:
+        """Why the motors are cut; empty while the robot balances."""
+        standing = self._balance.standing
+        if not self._enabled:
+            return DISABLED
+        return "" if standing is Standing.BALANCING else standing.value
+
+    @property
+    def balance(self) -> BalanceStream:
+        """What the controller knows."""
+        return self._balance
+
+    @property
+    def last_tilt(self) -> int | None:
+        """Stamp of the latest tilt [ns]."""
+        return None if self._tilt is None else self._tilt[0]
+
+    def configure(self, configuration: ControlConfiguration) -> None:
+        """Go over to another configuration without a jump of the voltages.
+
+        Raises:
+            ConfigurationError: an unknown parameter, or a value out of bounds; nothing changed.
+        """
+        self._balance.configure(configuration.balance)
+        self._configuration, self._changed = configuration, True
+
+    def enable(self) -> str:
+        """Let the robot balance from now on, and say what happens."""
+        self._enabled = True
+        limit = self._balance.settings.fall_tilt
+        if self._tilt is not None and abs(self._tilt[1]) < limit:
+            self._balance.stand_up()
+            return "enabled"
+        return "enabled; it balances as soon as it is stood up"
+
+    def disable(self) -> str:
+        """Cut the motors from now on, and say so."""
+        self._enabled = False
+        return "disabled: the motors are cut"
+
+    def set_valid(self, valid: bool) -> None:
+        """Take whether the tilt can be used, from `tilt/valid`."""
+        self._balance.set_valid(valid)
+
+    def add_wheels(self, reading: WheelReading) -> None:
+        """Take a reading of the wheel encoders."""
+        self._balance.add_wheels(reading)
+
+    def command(self, now: int, velocity: float, yaw_rate: float) -> None:
+        """Take a commanded speed [m/s] and yaw rate [rad/s] given at `now` [ns]."""
+        self._balance.command(now, velocity, yaw_rate)
+
+    def add_tilt(self, stamp: int, tilt: float, rate: float | None = None) -> MotorVoltages | None:
+        """Take a tilt; return the motors' voltages where a step is due.
+
+        Args:
+            stamp: Of the sample, or of the arrival where it has none [ns].
+            tilt: From the balance point [rad], positive forward.
+            rate: Its rate [rad/s]; None to derive it.
+        """
+        if not math.isfinite(tilt + (rate or 0.0)):
+            self.guard.skip("not_finite")
+            return None
+        verdict = self.guard.check(stamp)
+        if verdict is Verdict.SKIP:
+            return None
+        if verdict is Verdict.RESTART:
+            self._balance.reset()
+            self._balance.lay_down()
+            self._tilt = self._due = None
+        rate = self._derived_rate(stamp, tilt) if rate is None else rate
+        self._tilt = (stamp, tilt, rate)
+        self._balance.add_tilt(stamp, tilt, rate)
+        early = round(EARLY * self._balance.settings.period * 1e9)
+        if self._due is not None and stamp < self._due - early:
+            return None
+        return self._step(stamp)
+
+    def torques(self, voltages: MotorVoltages) -> tuple[float, float]:
+        """Return the torques on the left and the right wheel [N m] under these voltages now."""
+        odometry, robot = self._balance.odometry, self._configuration.balance.robot
+        if odometry is None or self._tilt is None or voltages == NO_VOLTAGE:
+            return 0.0, 0.0
+        plant, apart = robot.plant(), 0.5 * robot.track_width * odometry.yaw_rate
+        left, right = (
+            0.5 * motor_torque(PlantState(0.0, speed, 0.0, self._tilt[2]), voltage, plant)
+            for voltage, speed in zip(
+                voltages, (odometry.velocity - apart, odometry.velocity + apart), strict=True
+            )
+        )
+        return left, right
+
+    def tick(self, now: int) -> MotorVoltages | None:
+        """Return the cut where the tilt has fallen silent by `now` [ns]; else nothing."""
+        late = self._balance.settings.tilt_timeout
+        if self._tilt is None or (now - self._tilt[0]) * 1e-9 <= late:
+            return None
+        cut = self._step(now)
+        self._due = None  # the next tilt is a step, however it is stamped
+        return cut
+
+    def _derived_rate(self, stamp: int, tilt: float) -> float:
+        if self._tilt is None:
+            return 0.0
+        last, before, rate = self._tilt
+        dt = (stamp - last) * 1e-9
+        if dt > RESTART_GAP:
+            return 0.0
+        share = dt / (self._configuration.control.rate_time_constant + dt)
+        return rate + share * ((tilt - before) / dt - rate)
+
+    def _step(self, now: int) -> MotorVoltages:
+        dt = (now - self._last_step) * 1e-9
+        self._schedule(now)
+        balanced = not self.cut_because
+        if not self._enabled:
+            self._balance.lay_down()
+        asked = self._balance.step(now)
+        self.counts["steps"] += 1
+        if balanced and self._balance.standing is Standing.FALLEN:
+            self._fell("falls")
+        if not math.isfinite(asked.left + asked.right):
+            self._balance.lay_down()
+            self._fell("not_finite_voltages")
+            asked = NO_VOLTAGE
+        if self.cut_because:
+            self.counts["cuts"] += balanced
+            self._given, self._blend_left, self._changed = NO_VOLTAGE, 0.0, False
+        else:
+            self._given = self._blended(asked, dt)
+        return self._given
+
+    def _fell(self, how: str) -> None:
+        self.counts[how] += 1
+        self._enabled = self._enabled and self._configuration.control.start_when_upright
+
+    def _schedule(self, now: int) -> None:
+        """Note the step, and when the next one is due: on average after each period."""
+        period = round(self._balance.settings.period * 1e9)
+        regular = self._due is not None and now < self._due + period
+        self._due = (self._due if regular and self._due is not None else now) + period
+        self._last_step = now
+
+    def _blended(self, asked: MotorVoltages, dt: float) -> MotorVoltages:
+        """Return the voltages, a difference to those before a change let out over a while."""
+        whole = self._configuration.control.blend_time
+        if self._changed:
+            self._changed, self._blend_left = False, whole
+            self._offset = (self._given.left - asked.left, self._given.right - asked.right)
+        elif self._blend_left > 0.0:
+            self._blend_left = max(self._blend_left - dt, 0.0)
+        if self._blend_left == 0.0:
+            return asked
+        share, limit = self._blend_left / whole, self._configuration.balance.robot.supply_voltage
+        left, right = (
+            min(max(voltage + share * offset, -limit), limit)
+            for voltage, offset in zip(asked, self._offset, strict=True)
+        )
+        return MotorVoltages(left, right)

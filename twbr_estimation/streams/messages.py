@@ -1,0 +1,293 @@
+"""Serialised messages (XCDR version 1, as DDS carries them) to numbers and back.
+
+A node that subscribes and publishes raw bytes saves most of the time rclpy spends on
+building message objects. A message starts with four bytes of encapsulation; alignment
+counts from the byte after them. `bags` decodes whole batches of the same format.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Sequence
+
+from ..errors import MessageError
+from ..pipeline.pairing import MotorCommand, WheelReading, motor_command, wheel_reading
+from ..samples import SINGLE_WHEEL_JOINT
+
+_SECOND = 1_000_000_000
+_STAMP = 4  # header first: seconds, nanoseconds, then the frame id
+_FRAME = 12
+_LITTLE_ENDIAN = b"\x00\x01"
+_IMU_DOUBLES = 37
+ORIENTATION, ORIENTATION_COVARIANCE = 0, 4
+GYRO, GYRO_COVARIANCE = 13, 16
+ACCEL, ACCEL_COVARIANCE = 25, 28
+"""Where the fields of an Imu lie among its 37 doubles."""
+
+_read_stamp = struct.Struct("<iII").unpack_from
+_write_stamp = struct.Struct("<iI").pack_into
+_read_count = struct.Struct("<I").unpack_from
+_imu = struct.Struct(f"<{_IMU_DOUBLES}d")
+_raw_imu = struct.Struct(f"<{8 * GYRO}x3d{8 * 9}x3d{8 * 9}x")
+
+
+def _aligned(offset: int, size: int) -> int:
+    """Return the next offset where an item of `size` bytes may lie."""
+    return offset + (_STAMP - offset) % size
+
+
+def decode_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
+    """Return stamp [ns] and the 37 doubles of a serialised `sensor_msgs/Imu`.
+
+    Raises:
+        MessageError: not an Imu in little-endian XCDR version 1.
+    """
+    try:
+        seconds, nanoseconds, length = _read_stamp(data, _STAMP)
+        values = _imu.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
+    except struct.error as error:
+        raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
+    _require_encoding(data)
+    return seconds * _SECOND + nanoseconds, values
+
+
+def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
+    """Return stamp [ns] and gyro x, y, z, accelerometer x, y, z of a serialised Imu.
+
+    Raises:
+        MessageError: not an Imu in little-endian XCDR version 1.
+    """
+    try:
+        seconds, nanoseconds, length = _read_stamp(data, _STAMP)
+        values = _raw_imu.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
+    except struct.error as error:
+        raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
+    _require_encoding(data)
+    return seconds * _SECOND + nanoseconds, values
+
+
+def frame_id(data: bytes) -> str:
+    """Return the frame id of a serialised message that begins with a header."""
+    length = int(_read_count(data, _FRAME)[0])
+    return data[_FRAME + 4 : _FRAME + 3 + length].decode("utf-8", "replace")
+
+
+def _require_encoding(data: bytes) -> None:
+    if data[:2] != _LITTLE_ENDIAN:
+        raise MessageError(
+            f"encapsulation 0x{data[:2].hex()}; only 0x0001, little-endian XCDR version 1, is known"
+        )
+
+
+class ImuEncoder:
+    """Serialises Imu messages of one frame id into a reused buffer."""
+
+    def __init__(self, frame: str) -> None:
+        """Lay out the message for this frame id."""
+        head = _header(frame)
+        self._values = _aligned(len(head), 8)
+        self._buffer = bytearray(self._values + 8 * _IMU_DOUBLES)
+        self._buffer[: len(head)] = head
+
+    def encode(self, stamp: int, values: Sequence[float]) -> bytes:
+        """Return the message with this stamp [ns] and these 37 doubles."""
+        _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
+        _imu.pack_into(self._buffer, self._values, *values)
+        return bytes(self._buffer)
+
+
+class JointStateEncoder:
+    """Serialises JointState messages of the same joints: positions, velocities, perhaps efforts."""
+
+    def __init__(self, names: Sequence[str], frame: str = "", *, efforts: bool = False) -> None:
+        """Lay out the message for these joints, with or without efforts."""
+        count = len(names)
+        head = bytearray(_padded(_header(frame), 4)) + struct.pack("<I", count)
+        for name in names:
+            text = name.encode() + b"\0"
+            head = bytearray(_padded(head, 4)) + struct.pack("<I", len(text)) + text
+        head = bytearray(_padded(head, 4)) + struct.pack("<I", count)
+        self._positions = _aligned(len(head), 8)
+        self._velocities = _aligned(self._positions + 8 * count + 4, 8)
+        self._doubles = struct.Struct(f"<{count}d").pack_into
+        end = self._velocities + 8 * count
+        self._efforts = _aligned(end + 4, 8) if efforts else 0
+        self._buffer = bytearray(self._efforts + 8 * count if efforts else end + 4)
+        self._buffer[: len(head)] = head
+        struct.pack_into("<I", self._buffer, self._positions + 8 * count, count)
+        struct.pack_into("<I", self._buffer, end, count if efforts else 0)
+
+    def encode(
+        self,
+        stamp: int,
+        positions: Sequence[float],
+        velocities: Sequence[float],
+        efforts: Sequence[float] = (),
+    ) -> bytes:
+        """Return the message with this stamp [ns]; `efforts` counts if laid out for them."""
+        _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
+        self._doubles(self._buffer, self._positions, *positions)
+        self._doubles(self._buffer, self._velocities, *velocities)
+        if self._efforts:
+            self._doubles(self._buffer, self._efforts, *efforts)
+        return bytes(self._buffer)
+
+
+class JointStateDecoder:
+    """Reads serialised JointStates; the layout is looked up once a joint list."""
+
+    def __init__(self) -> None:
+        """Know no layout yet."""
+        self._layout = b""
+        self._names: tuple[str, ...] = ()
+        self._read = struct.Struct("<0d")
+
+    def decode(self, data: bytes) -> tuple[int, tuple[str, ...], tuple[float, ...]]:
+        """Return stamp [ns], joint names and their positions; as many of both.
+
+        The tuple of names stays the same object while the joints stay the same.
+
+        Raises:
+            MessageError: not a JointState in little-endian XCDR version 1.
+        """
+        try:
+            if not self._layout or not data.startswith(self._layout, _FRAME):
+                self._learn(data)
+            seconds, nanoseconds, _ = _read_stamp(data, _STAMP)
+            positions = self._read.unpack_from(data)
+        except (struct.error, UnicodeDecodeError) as error:
+            raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
+        return seconds * _SECOND + nanoseconds, self._names, positions
+
+    def _learn(self, data: bytes) -> None:
+        _require_encoding(data)
+        _, offset = _string(data, _FRAME)
+        names, offset = _strings(data, offset)
+        offset = _aligned(offset, 4)
+        count = min(int(_read_count(data, offset)[0]), len(names))
+        positions = _aligned(offset + 4, 8) if count else 0
+        self._layout = data[_FRAME : offset + 4]
+        self._names = tuple(names[:count])
+        self._read = struct.Struct(f"<{positions}x{count}d")
+
+
+class WheelDecoder:
+    """Finds the wheels in serialised JointStates."""
+
+    def __init__(self, left: str, right: str) -> None:
+        """Look for joints of these names, one of them is enough, else for `wheel_joint`."""
+        self._wheels = (left, right)
+        self._joints = JointStateDecoder()
+        self._names: tuple[str, ...] | None = None
+        self._at: tuple[int, ...] = ()
+
+    def decode(self, data: bytes) -> WheelReading | None:
+        """Return the wheels' reading; None where the message has neither of the joints.
+
+        Raises:
+            MessageError: not a JointState in little-endian XCDR version 1.
+        """
+        stamp, names, positions = self._joints.decode(data)
+        if names is not self._names:
+            self._names = names
+            present = [wheel for wheel in self._wheels if wheel in names]
+            if not present and SINGLE_WHEEL_JOINT in names:
+                present = [SINGLE_WHEEL_JOINT]
+            self._at = tuple(names.index(wheel) for wheel in present)
+        if not self._at:
+            return None
+        return wheel_reading(stamp, [positions[index] for index in self._at])
+
+
+def decode_float64s(data: bytes) -> tuple[float, ...]:
+    """Return the numbers of a serialised `std_msgs/Float64MultiArray`.
+
+    Raises:
+        MessageError: not such a message in little-endian XCDR version 1.
+    """
+    try:
+        values = _float64_array(data)
+    except struct.error as error:
+        raise MessageError(f"a Float64MultiArray of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    return values
+
+
+def decode_motor_command(arrival: int, data: bytes) -> MotorCommand:
+    """Return the command in a serialised `std_msgs/Float64MultiArray` that came at `arrival` [ns].
+
+    Raises:
+        MessageError: not such a message in little-endian XCDR version 1, or not one or two
+            finite voltages in it.
+    """
+    voltages = decode_float64s(data)
+    if len(voltages) not in (1, 2) or not math.isfinite(sum(voltages)):
+        raise MessageError(f"motor command {list(voltages)}: one or two finite voltages are needed")
+    return motor_command(arrival, voltages)
+
+
+def _float64_array(data: bytes) -> tuple[float, ...]:
+    offset = _STAMP + 4
+    for _ in range(_read_count(data, _STAMP)[0]):  # dimensions: label, size, stride
+        offset = _aligned(offset, 4)
+        offset = _aligned(offset + 4 + int(_read_count(data, offset)[0]), 4) + 8
+    offset = _aligned(offset, 4) + 4  # data_offset
+    count = int(_read_count(data, offset)[0])
+    if count > len(data) // 8:
+        raise struct.error(f"{count} doubles do not fit")
+    return struct.unpack_from(f"<{count}d", data, _aligned(offset + 4, 8) if count else 0)
+
+
+def encode_float64s(values: Sequence[float]) -> bytes:
+    """Return a serialised `std_msgs/Float64MultiArray` without dimensions."""
+    return struct.pack(f"<4I4x{len(values)}d", 0x00000100, 0, 0, len(values), *values)
+
+
+def decode_float64(data: bytes) -> float:
+    """Return the number of a serialised `std_msgs/Float64`.
+
+    Raises:
+        MessageError: not a Float64 in little-endian XCDR version 1.
+    """
+    try:
+        value = float(_FLOAT64.unpack_from(data)[1])
+    except struct.error as error:
+        raise MessageError(f"a Float64 of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    return value
+
+
+def encode_float64(value: float) -> bytes:
+    """Return a serialised `std_msgs/Float64`."""
+    return _FLOAT64.pack(0x00000100, value)
+
+
+def _header(frame: str) -> bytes:
+    text = frame.encode() + b"\0"
+    return _LITTLE_ENDIAN + bytes(2 + 8) + struct.pack("<I", len(text)) + text
+
+
+def _padded(data: bytes | bytearray, size: int) -> bytes:
+    return bytes(data) + bytes(_aligned(len(data), size) - len(data))
+
+
+def _string(data: bytes, offset: int) -> tuple[str, int]:
+    offset = _aligned(offset, 4)
+    (length,) = _read_count(data, offset)
+    end = offset + 4 + length
+    return data[offset + 4 : end - 1].decode(), end
+
+
+def _strings(data: bytes, offset: int) -> tuple[list[str], int]:
+    offset = _aligned(offset, 4)
+    (count,) = _read_count(data, offset)
+    offset += 4
+    names = []
+    for _ in range(count):
+        name, offset = _string(data, offset)
+        names.append(name)
+    return names, offset
+
+
+_FLOAT64 = struct.Struct("<Id")

@@ -1,0 +1,122 @@
+"""What simulator_node simulates: the parameters, and what they mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Annotated
+
+from ...errors import ConfigurationError
+from ...parameters.bounds import Bounds, require_bounds
+
+
+class CommandUnit(str, Enum):
+    """What the numbers of a motor command are."""
+
+    VOLTAGE = "voltage"
+    """[V]."""
+    TORQUE = "torque"
+    """Of a wheel [N m]."""
+
+
+class SensorPath(str, Enum):
+    """How the sensors are read."""
+
+    TOPICS = "topics"
+    """Their messages are published."""
+    REGISTERS = "registers"
+    """By the drivers, from simulated chips."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorSettings:
+    """What is simulated; fixed at the start.
+
+    Raises:
+        ConfigurationError: a number out of bounds, or choices that exclude each other.
+    """
+
+    world: str = "paper"
+    """What is wrong with robot, sensors and ground: a world of `twbr simulate`."""
+    seed: Annotated[int, Bounds(0, 2**31 - 1, "", "Number of the random draw")] = 1
+    disturbed: bool = False
+    """Whether the world's pushes, obstacles, slips, slopes and turns come by themselves."""
+    duration: Annotated[
+        float, Bounds(1.0, 3600.0, "s", "Disturbances and noise are drawn for; then they repeat")
+    ] = 60.0
+    imu_period: Annotated[
+        float, Bounds(0.0005, 0.1, "s", "Of imu/data_raw and the joints, a multiple of 0.0005")
+    ] = 0.0025
+    control_period: Annotated[
+        float,
+        Bounds(0.0005, 0.1, "s", "In lockstep: a command is waited for after each, a multiple of "
+               "imu_period and the `period` of the controller"),
+    ] = 0.005  # fmt: skip
+    lockstep: bool = False
+    """Whether simulated time, on `/clock`, waits for the commands; otherwise it is the clock's."""
+    lockstep_timeout: Annotated[
+        float,
+        Bounds(0.1, 3600.0, "s", "In lockstep: wall time after which a step is taken without its "
+               "command, motors cut"),
+    ] = 5.0  # fmt: skip
+    paused: bool = False
+    """Whether time stands still until `~/resume`."""
+    sensors: SensorPath = SensorPath.TOPICS
+    """`topics` publishes the sensors' messages; `registers` lets mpu6050_node and encoder_node, in
+    this process, read simulated chips. Not in lockstep: a chip has a clock of its own."""
+    command_unit: CommandUnit = CommandUnit.VOLTAGE
+    """Unit of `motor/command`: `voltage` of a motor [V], or `torque` of a wheel [N m]."""
+    command_timeout: Annotated[
+        float, Bounds(0.01, 10.0, "s", "Without a command for this long the motors are cut")
+    ] = 0.1
+    wheel_joints: tuple[str, ...] = ()
+    """Names of one or two wheel joints; two share the encoder of a world that has one. Empty for
+    `wheel_joint`, or left_wheel_joint and right_wheel_joint in a world with two encoders."""
+    reference_joint: str = "tilt"
+    """Name of the joint in `reference/joint_states`."""
+    frame_id: str = "imu_link"
+    """Frame of `imu/data_raw`."""
+    start_tilt: Annotated[
+        float, Bounds(-0.6, 0.6, "rad", "Tilt at the start and after ~/stand_up and ~/reset")
+    ] = 0.0
+    held: bool = True
+    """Whether a hand holds the robot, at the start and after ~/stand_up and ~/reset, until the
+    first motor command that is not zero."""
+    stay_down: bool = True
+    """Whether a fallen robot lies until `~/stand_up`; otherwise it is lifted at once."""
+    compiled: bool = False
+    """Whether the plant is compiled: cheaper, after some seconds at the start."""
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+        if len(self.wheel_joints) > 2:
+            raise ConfigurationError(f"wheel_joints: {len(self.wheel_joints)} joints, not 1 or 2")
+        if self.lockstep and self.sensors is SensorPath.REGISTERS:
+            raise ConfigurationError("sensors: registers cannot be read in lockstep")
+        samples = self.control_period / self.imu_period
+        if self.lockstep and abs(samples - round(samples)) > 1e-6:
+            raise ConfigurationError(
+                f"control_period: {self.control_period:g} s is not a multiple of imu_period, "
+                f"{self.imu_period:g} s"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """How strong the disturbances on demand are.
+
+    Raises:
+        ConfigurationError: a number out of bounds.
+    """
+
+    push_force: Annotated[
+        float, Bounds(-100.0, 100.0, "N", "Of ~/push, a half sine on the body; forward")
+    ] = 3.0
+    push_duration: Annotated[float, Bounds(0.001, 5.0, "s", "Of ~/push")] = 0.2
+    slip_speed: Annotated[
+        float, Bounds(-3.0, 3.0, "m/s", "Of ~/slip, a half sine of the treads over the ground")
+    ] = 0.3
+    slip_duration: Annotated[float, Bounds(0.001, 5.0, "s", "Of ~/slip")] = 0.1
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
