@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from rclpy.clock import ClockType
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
@@ -48,6 +49,17 @@ def test_two_wheels_with_their_signs(graph: Any) -> None:
     assert last.position[1] - first.position[1] == pytest.approx(2.0 * seconds, abs=limit)
     velocities = [message.velocity[0] for message in received[20:]]
     assert sum(velocities) / len(velocities) == pytest.approx(3.0, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("use_sim_time", "kind"), [(False, ClockType.STEADY_TIME), (True, ClockType.ROS_TIME)]
+)
+def test_it_polls_by_a_clock_that_nobody_sets(
+    graph: Any, use_sim_time: bool, kind: ClockType
+) -> None:
+    node = _start(graph, simulated=True, use_sim_time=use_sim_time)
+    assert node._timer.clock.clock_type is kind
+    assert node._starter.clock.clock_type is ClockType.STEADY_TIME
 
 
 def test_one_wheel(graph: Any) -> None:

@@ -11,6 +11,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.clock import ClockType
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, Temperature
@@ -168,6 +169,14 @@ def test_a_simulated_chip_lives_in_the_time_of_the_simulation(graph: Any) -> Non
         for message, stamp in zip(received, _stamps(received), strict=True)
     ]
     assert np.sqrt(np.mean(np.square(errors[10:]))) < np.radians(0.15)
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+def test_it_polls_by_a_clock_that_nobody_sets(graph: Any, simulated: bool) -> None:
+    node = _start(graph, None if simulated else SimulatedMpu6050(time.monotonic_ns))
+    assert node.is_active
+    for timer in (node._timer, node._starter):
+        assert timer.clock.clock_type is ClockType.STEADY_TIME
 
 
 def test_the_chip_cannot_be_changed_while_it_is_read(graph: Any) -> None:

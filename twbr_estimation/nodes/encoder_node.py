@@ -72,7 +72,7 @@ class EncoderNode(DeviceNode):
         self._publisher = self.create_lifecycle_publisher(
             JointState, settings.topic, published(), qos_overriding_options=overridable()
         )
-        self._timer = self.create_timer(1.0 / settings.poll_rate, self._poll)
+        self._timer = self.poll_timer(1.0 / settings.poll_rate, self._poll)
 
     def close_device(self) -> None:
         """Release the counters."""

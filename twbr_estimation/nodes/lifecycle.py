@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Callable
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.timer import Timer
 
 from ..errors import TwbrError
+from .watchdog import wall_timer
 
 RETRY_PERIOD = 2.0
 """Time between two attempts of a node that starts by itself [s]."""
@@ -32,7 +35,7 @@ class DeviceNode(LifecycleNode):
         """Why the device could not be opened the last time."""
         text = "Configure and activate at the start, and try again while the device is missing."
         self.declare_parameter("autostart", True, ParameterDescriptor(description=text))
-        self._starter = self.create_timer(RETRY_PERIOD, self._start)
+        self._starter = wall_timer(self, RETRY_PERIOD, self._start)
 
     def open_device(self) -> None:
         """Open the device with the parameters in force; raises `TwbrError` if it cannot."""
@@ -41,6 +44,16 @@ class DeviceNode(LifecycleNode):
     def close_device(self) -> None:
         """Close what `open_device` opened."""
         raise NotImplementedError
+
+    def poll_timer(self, period: float, poll: Callable[[], None]) -> Timer:
+        """Return the timer that reads the device once a period [s].
+
+        It runs on the steady clock, so that a system clock that is set back does not stop it;
+        under `use_sim_time` it follows the simulation.
+        """
+        if self.get_parameter("use_sim_time").value:
+            return self.create_timer(period, poll)
+        return wall_timer(self, period, poll)
 
     def begin(self) -> None:
         """Start at once where `autostart` says so."""

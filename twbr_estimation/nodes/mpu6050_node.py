@@ -120,8 +120,9 @@ class Mpu6050Node(DeviceNode):
                 if settings.simulated
                 else I2cRegisters(chip.bus, chip.address)
             )
-        # A simulated chip lives in ROS time, waits included: simulations pause and jump.
-        monotonic = self._now if settings.simulated else time.monotonic_ns
+        # Simulated time pauses and jumps, and the waits of its chip with it.
+        simulated_time = self.get_parameter("use_sim_time").value
+        monotonic = self._now if settings.simulated and simulated_time else time.monotonic_ns
         self.reader = Mpu6050Reader(Mpu6050(registers, chip), self._now, monotonic)
         try:
             warning = self.reader.start()
@@ -131,7 +132,7 @@ class Mpu6050Node(DeviceNode):
         if warning:
             self.get_logger().warning(warning)
         self._reported = Counters()
-        self._timer = self.create_timer(1.0 / chip.poll_rate, self._poll)
+        self._timer = self.poll_timer(1.0 / chip.poll_rate, self._poll)
 
     def close_device(self) -> None:
         """Release the bus."""
