@@ -173,7 +173,8 @@ def test_a_simulated_chip_lives_in_the_time_of_the_simulation(graph: Any) -> Non
 
 @pytest.mark.parametrize("simulated", [False, True])
 def test_it_polls_by_a_clock_that_nobody_sets(graph: Any, simulated: bool) -> None:
-    node = _start(graph, None if simulated else SimulatedMpu6050(time.monotonic_ns))
+    chip = None if simulated else SimulatedMpu6050(time.monotonic_ns)
+    node = _start(graph, chip, simulated=simulated)
     assert node.is_active
     for timer in (node._timer, node._starter):
         assert timer.clock.clock_type is ClockType.STEADY_TIME
