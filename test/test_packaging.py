@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -20,6 +21,15 @@ def test_every_node_has_its_launcher() -> None:
         link = ROOT / "scripts" / name
         assert link.readlink() == Path(LAUNCHER)
         assert os.access(link, os.X_OK)
+
+
+def test_tests_import_each_other_by_their_full_names() -> None:
+    relative = [
+        path.relative_to(ROOT)
+        for path in (ROOT / "test").rglob("*.py")
+        if re.search(r"^\s*from \.", path.read_text(), re.MULTILINE)
+    ]
+    assert not relative, "pytest 7.4 cannot collect these: write `from nodes.simulated import ...`"
 
 
 def test_ros_and_python_name_the_same_version() -> None:

@@ -11,14 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from report.browser import NAMES, Browser, chromium
 from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
 from twbr_estimation.cli.simulate import write_simulated
 from twbr_estimation.recording import ImuTrack, TiltTrack
 from twbr_estimation.report.palette import MOTION
 from twbr_estimation.simulation import simulate
-
-from ..report.browser import NAMES, Browser, chromium
 
 pytest.importorskip("bokeh", reason="the extra `report` is not installed")
 

@@ -152,6 +152,12 @@ def graph(domain: int) -> Iterator[Graph]:
 
 
 @pytest.fixture
+def open_graph(domain: int) -> Callable[[], Graph]:
+    """Return what opens empty graphs, one after the other; the test closes them."""
+    return lambda: Graph(domain)
+
+
+@pytest.fixture
 def python() -> str:
     """Return the interpreter for child processes that run nodes."""
     os.environ.setdefault("PYTHONUNBUFFERED", "1")

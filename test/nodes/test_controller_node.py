@@ -12,6 +12,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 
+from nodes.simulated import SimulatedTopics, upright
 from twbr_estimation.controllers import base, controllers
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.messages import set_stamp
@@ -19,8 +20,6 @@ from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.controller_parameters import prepare
 from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.simulation.robot import SimulatedRobot
-
-from .simulated import SimulatedTopics, upright
 
 INPUTS = ("imu/data", "joint_states", "cmd_vel", "tilt")
 CUT = (0.0, 0.0)

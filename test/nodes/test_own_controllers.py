@@ -15,13 +15,12 @@ from typing import Any
 
 import pytest
 
+from nodes import foreign_controllers
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.nodes.simulator_node import SimulatorNode
 from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
 from twbr_estimation.streams.simulator.simulator import Disturbance
-
-from . import foreign_controllers
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "my_balance_controller"
 SEED = 12

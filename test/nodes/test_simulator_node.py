@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -20,8 +21,6 @@ from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.nodes.simulator_node import SimulatorNode, compose
 from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
-
-from .conftest import Graph
 
 CALIBRATION = {
     f"calibration__{name}": list(getattr(PAPER_CALIBRATION, name))
@@ -52,9 +51,8 @@ def trigger(graph: Any, name: str) -> str:
     return str(answer.message)
 
 
-def lockstep_run(domain: int, seed: int) -> list[tuple[int, float, float]]:
+def lockstep_run(graph: Any, seed: int) -> list[tuple[int, float, float]]:
     """Return stamps, estimates and true tilts of the real nodes, until the push is over."""
-    graph = Graph(domain)
     try:
         node = simulator_in(graph, world="paper", seed=seed, lockstep=True, paused=True)
         estimation_in(graph, calibrated=True, use_sim_time=True)
@@ -82,10 +80,12 @@ def lockstep_run(domain: int, seed: int) -> list[tuple[int, float, float]]:
         graph.close()
 
 
-def test_two_runs_in_lockstep_give_the_same_tilt(domain: int) -> None:
-    first = lockstep_run(domain, 501)
-    assert first == lockstep_run(domain, 501)
-    assert first != lockstep_run(domain, 502)
+def test_two_runs_in_lockstep_give_the_same_tilt(
+    open_graph: Callable[[], Any],
+) -> None:
+    first = lockstep_run(open_graph(), 501)
+    assert first == lockstep_run(open_graph(), 501)
+    assert first != lockstep_run(open_graph(), 502)
     tilts = [tilt for *_, tilt in first]
     assert max(map(abs, tilts)) < 0.5, "it fell"
     assert max(map(abs, tilts)) > 0.01, "nothing happened"
