@@ -3,7 +3,7 @@
 PYTHON ?= $(or $(shell cat .venv/made_by 2>/dev/null),python3)
 BIN := .venv/bin
 
-.PHONY: help venv demo balance test lint format bench clean
+.PHONY: help venv demo balance test lint format bench docs clean
 
 help:
 	@echo "make demo    replay the bundled recording through the live graph; errors as a table"
@@ -12,6 +12,7 @@ help:
 	@echo "make lint    check lint, format and types"
 	@echo "make format  rewrite the sources in the project's format"
 	@echo "make bench   measure speed and memory"
+	@echo "make docs    build the documentation as a site, in site/"
 	@echo "make venv    set up .venv (the others do it by themselves)"
 	@echo "make clean   remove .venv and build products"
 
@@ -39,5 +40,8 @@ format: venv
 bench: venv
 	@for file in $(sort $(wildcard bench/bench_*.py)); do $(BIN)/python $$file || exit 1; done
 
+docs: venv
+	$(BIN)/mkdocs build --strict
+
 clean:
-	rm -rf .venv build install log dist *.egg-info
+	rm -rf .venv site build install log dist *.egg-info

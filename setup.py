@@ -11,6 +11,7 @@ VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
 CONTROL = ["control>=0.10"]
+DOCS = ["mkdocs-material>=9.5", "mkdocstrings[python]>=0.25"]
 DASK = ["distributed>=2023.12"]
 NOISE = ["allantools>=2024.4", "matplotlib>=3.8"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
@@ -64,11 +65,12 @@ setup(
         "import": ["h5py>=3.10"],
         "control": CONTROL,
         "dask": DASK,
+        "docs": DOCS,
         "noise": NOISE,
         "peers": ["vqf>=2.1"],
         "report": REPORT,
         "test": TEST,
-        "dev": [*TEST, *LINT, *HARDWARE],
+        "dev": [*TEST, *LINT, *HARDWARE, *DOCS],
         "colcon": ["colcon-common-extensions", "setuptools<80"],
     },
     data_files=[

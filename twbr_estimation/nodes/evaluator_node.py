@@ -50,7 +50,7 @@ class EvaluatorSettings:
     """Parameters of the node."""
 
     estimators: tuple[str, ...] = ("active=imu/data",)
-    """Estimators to compare, as NAME=TOPIC[:JOINT][,sign=-1][,unit=deg][,offset_deg=NUMBER]; the
+    """Estimators to compare, as `NAME=TOPIC[:JOINT][,sign=-1][,unit=deg][,offset_deg=NUMBER]`; the
     topic's type, Imu, JointState or Float64, shows by itself. All of `tilt/compare` comes on
     top."""
     reference_joint: str = "tilt"
