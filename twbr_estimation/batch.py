@@ -7,7 +7,7 @@ algorithm.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -24,7 +24,7 @@ from .recording import FloatArray, Recording, StampArray
 from .robot import Robot, Setup
 from .samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
 
-SOURCES = ("samples.py", "pipeline/correction.py", "plants/*.py", "filters/**/*.py")
+SOURCES = ("samples.py", "pipeline/*.py", "plants/*.py", "filters/**/*.py")
 """What the compiled loops are made of, beside this file."""
 
 
@@ -35,12 +35,17 @@ class CorrectedTrack:
     stamps: StampArray
     """Header stamps [ns], (n,)."""
     columns: FloatArray
-    """The fields of `CorrectedSample` as rows, (21, n)."""
+    """The fields of `CorrectedSample` as rows, (27, n)."""
 
     def field(self, name: str) -> FloatArray:
         """Return one field of `CorrectedSample` over time, (n,)."""
         row: FloatArray = self.columns[CorrectedSample._fields.index(name)]
         return row
+
+    @property
+    def first(self) -> CorrectedSample:
+        """The first sample."""
+        return CorrectedSample(*self.columns[:, 0].tolist())
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +97,7 @@ def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
     corrected = np.empty((len(CorrectedSample._fields), samples.stamps.size))
     if samples.stamps.size > 0:
         coefficients = correction.derive(setup)
-        first = Sample(*(float(value) for value in samples.columns[:, 0]))
+        first = Sample(*samples.columns[:, 0].tolist())
         state, corrected[:, 0] = correction.start(first, coefficients)
         _correction_kernel()(samples.columns, coefficients, state, corrected)
     return CorrectedTrack(samples.stamps, corrected)
@@ -123,7 +128,7 @@ def run_filter(
     coefficients = entry.derive(parameters, robot)
     first = 0
     if state is None:
-        sample = CorrectedSample(*(float(value) for value in corrected.columns[:, 0]))
+        sample = corrected.first
         state = entry.reset(TiltEstimate(sample.angle, sample.gyro_y), sample, coefficients)
         _store(state, estimates)
         first = 1
@@ -182,6 +187,22 @@ def estimate_recording(
     return {entry.name: track for (entry, _), track in zip(ready, tracks, strict=True)}
 
 
+def _reader(record: type[Any], name: str) -> Callable[[Any, int], Any]:
+    """Return the function (columns, i) that makes a record of column `i`, compiled or not.
+
+    Compiled code needs a call with one argument a field, so it is written from the fields.
+    """
+    fields = ", ".join(f"{field}=columns[{row}, i]" for row, field in enumerate(record._fields))
+    space: dict[str, Any] = {"__name__": __name__, "record": record}
+    exec(f"def {name}(columns, i):\n    return record({fields})", space)
+    reader: Callable[[Any, int], Any] = space[name]
+    return reader
+
+
+raw_sample_at = _reader(Sample, "raw_sample_at")
+sample_at = _reader(CorrectedSample, "sample_at")
+
+
 def _store(state: Any, estimates: FloatArray) -> None:
     for row, name in enumerate(TiltEstimate._fields):
         estimates[row, 0] = getattr(state, name, 0.0)
@@ -193,21 +214,7 @@ def _correction_kernel() -> Any:
 
     def run(samples: Any, coefficients: Any, state: Any, corrected: Any) -> None:
         for i in range(1, samples.shape[1]):
-            sample = Sample(
-                samples[0, i],
-                samples[1, i],
-                samples[2, i],
-                samples[3, i],
-                samples[4, i],
-                samples[5, i],
-                samples[6, i],
-                samples[7, i],
-                samples[8, i],
-                samples[9, i],
-                samples[10, i],
-                samples[11, i],
-                samples[12, i],
-            )
+            sample = raw_sample_at(samples, i)
             if sample.dt > RESTART_GAP:
                 state, result = start(sample, coefficients)
             else:
@@ -215,34 +222,7 @@ def _correction_kernel() -> Any:
             for field in range(len(result)):
                 corrected[field, i] = result[field]
 
-    return compiled(run, source_version(SOURCES), start, step)
-
-
-def sample_at(columns: Any, i: int) -> CorrectedSample:
-    """Return sample `i` of corrected columns, where compiled."""
-    return CorrectedSample(
-        columns[0, i],
-        columns[1, i],
-        columns[2, i],
-        columns[3, i],
-        columns[4, i],
-        columns[5, i],
-        columns[6, i],
-        columns[7, i],
-        columns[8, i],
-        columns[9, i],
-        columns[10, i],
-        columns[11, i],
-        columns[12, i],
-        columns[13, i],
-        columns[14, i],
-        columns[15, i],
-        columns[16, i],
-        columns[17, i],
-        columns[18, i],
-        columns[19, i],
-        columns[20, i],
-    )
+    return compiled(run, source_version(SOURCES), raw_sample_at, start, step)
 
 
 @cache

@@ -16,7 +16,7 @@ from .configuration.filter_settings import Settings
 from .configuration.of_recording import CONFIG_FOLDER, configuration, with_terms
 from .errors import ConfigurationError
 from .filters import filter_named, filters
-from .pipeline.correction import SATURATION_MARGIN
+from .pipeline.saturation import SATURATION_MARGIN
 from .recording import FloatArray, Recording, TiltTrack
 from .robot import CorrectionSettings, Setup
 from .scoring.errors import SMOOTHED, Options, RecordingScore, score_recording

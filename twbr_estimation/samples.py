@@ -17,6 +17,12 @@ RESTART_GAP = 1.0
 """A longer time between two samples [s] starts correction and filters afresh."""
 
 
+READINGS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
+"""Fields of both kinds of samples that hold the readings of the IMU."""
+WHEELS = ("wheel_angle", "wheel_difference", "wheel_count")
+MOTORS = ("voltage", "voltage_difference", "motor_count")
+
+
 class Sample(NamedTuple):
     """One IMU reading as the device reports it, with the wheels at the same instant."""
 
@@ -77,6 +83,21 @@ class CorrectedSample(NamedTuple):
     voltage: float = 0.0
     voltage_difference: float = 0.0
     motor_count: float = 0.0
+    gyro_saturated_x: float = 0.0
+    """1 where the rate about the body's x axis is beyond the gyro's range, else 0."""
+    gyro_saturated_y: float = 0.0
+    gyro_saturated_z: float = 0.0
+    accel_saturated_x: float = 0.0
+    """1 where the specific force along the body's x axis is beyond the range, else 0."""
+    accel_saturated_y: float = 0.0
+    accel_saturated_z: float = 0.0
+
+
+def is_saturated(sample: CorrectedSample) -> bool:
+    """Return whether any axis of gyro or accelerometer is beyond its range."""
+    gyro = sample.gyro_saturated_x + sample.gyro_saturated_y + sample.gyro_saturated_z
+    accel = sample.accel_saturated_x + sample.accel_saturated_y + sample.accel_saturated_z
+    return gyro + accel > 0.0
 
 
 class TiltEstimate(NamedTuple):

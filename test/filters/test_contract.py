@@ -161,6 +161,7 @@ def test_finite_input_gives_finite_output(entry: Filter, dt: float, swinging: Mo
                 gyro_y=float(random.choice([-1e4, 1e4])) if shock else sample.gyro_y,
                 angle_variance=1e8 if shock else sample.angle_variance,
                 gyro_variance_y=1e8 if shock else sample.gyro_variance_y,
+                gyro_saturated_y=1.0 if shock else 0.0,
             )
         )
     assert np.isfinite(batch(entry, samples).columns).all()

@@ -22,13 +22,15 @@ from twbr_estimation.plants.sihite2018 import (
     specific_force,
 )
 from twbr_estimation.robot import Robot
-from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.samples import MOTORS, WHEELS, CorrectedSample, TiltEstimate
 from twbr_estimation.simulation.spinning import EDUMIP_ROBOT, SpinSensor, Spun, spin
 
 NAMES = ("dynamic_planar", "dynamic_yaw", "dynamic_calibrating")
 DT = 0.005
 LAST = slice(2000, None)
 
+WHEEL_ROWS = [CorrectedSample._fields.index(name) for name in WHEELS]
+MOTOR_ROWS = [CorrectedSample._fields.index(name) for name in MOTORS]
 every_dynamic = pytest.mark.parametrize("name", NAMES)
 
 
@@ -152,11 +154,11 @@ def test_what_it_learns_is_what_is_wrong() -> None:
 def test_without_motors_it_goes_by_gyro_and_angle(name: str, clean: Spun) -> None:
     track = track_of(clean)
     blind = track.columns.copy()
-    blind[18:] = 0.0
+    blind[MOTOR_ROWS] = 0.0
     rows = CorrectedTrack(track.stamps, blind)
     without_motors = error(name, clean, rows)
     blind = track.columns.copy()
-    blind[15:18] = 0.0
+    blind[WHEEL_ROWS] = 0.0
     without_wheels = error(name, clean, CorrectedTrack(track.stamps, blind))
     np.testing.assert_array_equal(without_motors, without_wheels)
     assert rms(without_motors[LAST]) < 0.03
@@ -167,9 +169,9 @@ def test_wheels_that_come_and_go(name: str, clean: Spun) -> None:
     """The paper's filters trust their model at once, pushes or not, and jump."""
     track = track_of(clean)
     columns = track.columns.copy()
-    columns[15:18, 1000:1200] = 0.0
-    columns[15, 1200:] += 7.0  # the driver has begun again
-    columns[15:18, 2600:2601] = 0.0
+    columns[WHEEL_ROWS, 1000:1200] = 0.0
+    columns[WHEEL_ROWS[0], 1200:] += 7.0  # the driver has begun again
+    columns[WHEEL_ROWS, 2600:2601] = 0.0
     found = error(name, clean, CorrectedTrack(track.stamps, columns))
     jump = 0.002 if name == "dynamic_calibrating" else 0.03
     assert np.max(np.abs(np.diff(found[900:]))) < jump
@@ -237,6 +239,7 @@ def test_one_command_for_both_motors_and_one_encoder_take_the_yaw_from_the_gyro(
 ) -> None:
     track = track_of(clean)
     columns = track.columns.copy()
-    columns[16], columns[17], columns[19], columns[20] = 0.0, 1.0, 0.0, 1.0
+    columns[WHEEL_ROWS[1:]] = [[0.0], [1.0]]
+    columns[MOTOR_ROWS[1:]] = [[0.0], [1.0]]
     found = error("dynamic_calibrating", clean, CorrectedTrack(track.stamps, columns))
     assert rms(found[LAST]) < 0.006

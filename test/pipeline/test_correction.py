@@ -12,9 +12,10 @@ from twbr_estimation import batch
 from twbr_estimation.pipeline import correction
 from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.pipeline.pairing import SampleTrack, pair
+from twbr_estimation.pipeline.saturation import GYRO_MARK
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Calibration, CorrectionSettings, EncoderPlacement, Robot, Setup
-from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, Sample
+from twbr_estimation.samples import READINGS, STANDARD_GRAVITY, CorrectedSample, Sample
 from twbr_estimation.simulation.spinning import EDUMIP_ROBOT, SpinSensor, spin
 
 DT = 1e-4
@@ -139,6 +140,33 @@ def test_saturation_travels_as_inflated_variance_of_the_axis_it_hit() -> None:
     assert accel.accel_variance_x > 1e3 * fine.accel_variance_x
     assert accel.accel_variance_z == fine.accel_variance_z
     assert accel.angle_variance > 100 * fine.angle_variance
+    assert flags(fine) == (0.0,) * 6
+    assert flags(gyro) == (0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+    assert flags(accel) == (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+
+
+def flags(sample: CorrectedSample) -> tuple[float, ...]:
+    return tuple(getattr(sample, name.replace("_", "_saturated_")) for name in READINGS)
+
+
+@pytest.mark.parametrize(
+    ("mounting", "saturated"),
+    [
+        ((0.0, 0.0, math.pi / 2), "x"),  # the sensor's y axis points to the robot's back
+        ((0.0, 0.0, 0.1), "y"),
+        ((0.0, 0.0, math.pi / 4), "xy"),
+        ((math.pi / 2, 0.0, 0.0), "z"),
+    ],
+)
+def test_saturation_flags_the_body_axes_that_lack_a_reading(
+    mounting: tuple[float, float, float], saturated: str
+) -> None:
+    robot = Robot(mounting=mounting, gyro_range=math.radians(2000.0))
+    sample = Corrector(Setup(robot)).step(upright(gyro_y=-robot.gyro_range))
+    for axis in "xyz":
+        assert getattr(sample, f"gyro_saturated_{axis}") == float(axis in saturated)
+        marked = getattr(sample, f"gyro_variance_{axis}") > GYRO_MARK
+        assert marked == (axis in saturated)
 
 
 def test_first_sample_has_no_motion_terms() -> None:
@@ -232,7 +260,7 @@ def test_the_terms_of_turning_are_those_of_a_rigid_body() -> None:
         turn = np.array([roll_turn, pitch_turn, yaw_turn])
         felt = np.cross(turn, arm) + np.cross(rate, np.cross(rate, arm))
         setup = Setup(Robot(lever_arm=(x, y, z)))
-        forward, up = correction._felt_turning(
+        forward, up = correction.turning_acceleration(
             roll, pitch, yaw, roll_turn, yaw_turn, correction.derive(setup)
         )
         forward += pitch_turn * z - pitch * pitch * x  # (14), (15)

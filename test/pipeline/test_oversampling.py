@@ -73,12 +73,27 @@ def test_the_variances_are_those_of_what_comes_out() -> None:
 
 def test_a_saturated_sample_does_not_average_out() -> None:
     samples = [sample() for _ in range(10)]
-    samples[4] = sample(gyro_variance_y=4.8, accel_variance_z=96.0, angle=3.0, angle_variance=9.0)
+    samples[4] = sample(
+        gyro_variance_y=4.8,
+        gyro_saturated_y=1.0,
+        accel_variance_z=96.0,
+        accel_saturated_z=1.0,
+        angle=3.0,
+        angle_variance=9.0,
+    )
     result = combined(samples)
+    assert (result.gyro_saturated_y, result.accel_saturated_z) == (1.0, 1.0)
+    assert (result.gyro_saturated_x, result.accel_saturated_x) == (0.0, 0.0)
     assert result.gyro_variance_y == pytest.approx(4.8, rel=0.01)
     assert result.accel_variance_z == pytest.approx(96.0, rel=0.01)
     assert result.gyro_variance_x < GYRO_VARIANCE
     assert abs(result.angle) < 1e-4
+
+
+def test_an_interval_of_saturated_samples_stays_saturated() -> None:
+    result = combined([sample(gyro_variance_y=4.8, gyro_saturated_y=1.0)] * 20)
+    assert result.gyro_saturated_y == 1.0
+    assert result.gyro_variance_y == 4.8
 
 
 def test_the_angle_is_averaged_across_the_half_turn() -> None:
@@ -91,9 +106,13 @@ def test_the_voltage_is_the_mean_over_the_interval() -> None:
         sample(0.001, voltage=1.0, voltage_difference=0.5, motor_count=2.0),
         sample(0.003, voltage=3.0, voltage_difference=-0.5, motor_count=2.0),
     ]
-    assert combined(samples)[18:] == (2.5, -0.25, 2.0)
+    assert motors_of(combined(samples)) == pytest.approx((2.5, -0.25, 2.0))
     samples.append(sample(0.001))
-    assert combined(samples)[18:] == (0.0, 0.0, 0.0)
+    assert motors_of(combined(samples)) == (0.0, 0.0, 0.0)
+
+
+def motors_of(each: CorrectedSample) -> tuple[float, float, float]:
+    return each.voltage, each.voltage_difference, each.motor_count
 
 
 @pytest.mark.parametrize(("dt", "count"), [(0.001, 10), (0.003, 3), (0.004, 2), (0.007, 1)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 import numpy as np
 import pytest
 
@@ -13,9 +15,10 @@ from twbr_estimation.pipeline.pairing import (
     pair,
 )
 from twbr_estimation.recording import ImuTrack, MotorTrack, WheelTrack
-from twbr_estimation.samples import Sample
+from twbr_estimation.samples import MOTORS, WHEELS, Sample
 
 MILLISECOND = 1_000_000
+MOTORS_OF = attrgetter(*MOTORS)
 
 
 def imu_track(stamps: np.ndarray) -> ImuTrack:
@@ -56,22 +59,22 @@ def test_live_and_batch_pair_alike(wait_ms: int, wheel_period_ms: int, encoders:
     wheels = WheelTrack(stamps, np.cumsum(random.normal(size=(stamps.size, encoders)), axis=0))
     batch = pair(imu, wheels, wait_ms * 1e-3).columns
     np.testing.assert_allclose(live(imu, wheels, wait_ms * 1e-3), batch, rtol=0, atol=1e-12)
-    assert set(batch[9]) == {0.0, float(encoders)}
+    assert set(batch[Sample._fields.index("wheel_count")]) == {0.0, float(encoders)}
 
 
 def test_equal_stamps_give_the_reading_itself() -> None:
     stamps = np.arange(1, 50) * 2 * MILLISECOND
     wheels = WheelTrack(stamps, np.sin(np.arange(49.0))[:, None])
-    columns = pair(imu_track(stamps), wheels).columns
-    np.testing.assert_array_equal(columns[7], wheels.angle[:, 0])
-    assert np.all(columns[9] == 1.0)
+    paired = pair(imu_track(stamps), wheels)
+    np.testing.assert_array_equal(paired.field("wheel_angle"), wheels.angle[:, 0])
+    assert np.all(paired.field("wheel_count") == 1.0)
 
 
 def test_interpolates_between_readings_within_the_wait() -> None:
     stamps = np.array([10, 12, 14, 16]) * MILLISECOND
     wheels = WheelTrack(np.array([10, 14, 18]) * MILLISECOND, np.array([[0.0], [4.0], [8.0]]))
-    columns = pair(imu_track(stamps), wheels, wait=0.005).columns
-    np.testing.assert_allclose(columns[7], [0.0, 2.0, 4.0, 6.0])
+    paired = pair(imu_track(stamps), wheels, wait=0.005)
+    np.testing.assert_allclose(paired.field("wheel_angle"), [0.0, 2.0, 4.0, 6.0])
 
 
 def test_dead_encoder_costs_no_latency_and_comes_back() -> None:
@@ -90,8 +93,8 @@ def test_dead_encoder_costs_no_latency_and_comes_back() -> None:
 
 
 def test_robot_without_encoder() -> None:
-    columns = pair(imu_track(np.arange(1, 9) * MILLISECOND), None).columns
-    assert not columns[7:].any()
+    paired = pair(imu_track(np.arange(1, 9) * MILLISECOND), None)
+    assert not paired.fields(*WHEELS, *MOTORS).any()
 
 
 @pytest.mark.parametrize("motors", [1, 2])
@@ -101,7 +104,7 @@ def test_the_latest_command_before_a_sample_is_held(motors: int) -> None:
     stamps = np.cumsum(random.integers(1, 12, 400)) * MILLISECOND + 300 * MILLISECOND
     stamps = stamps[(stamps < 900 * MILLISECOND) | (stamps > 2400 * MILLISECOND)]
     track = MotorTrack(stamps, random.normal(size=(stamps.size, motors)))
-    batch = pair(imu, None, motors=track).columns[10:]
+    batch = pair(imu, None, motors=track).fields(*MOTORS).T
     pairer, live = Pairer(), []
     events = [(int(stamp), 1, index) for index, stamp in enumerate(imu.stamps)]
     events += [(int(stamp), 0, index) for index, stamp in enumerate(stamps)]
@@ -111,7 +114,10 @@ def test_the_latest_command_before_a_sample_is_held(motors: int) -> None:
         else:
             live += pairer.add_imu(stamp, (0.0,) * 6)
     live += pairer.flush()
-    np.testing.assert_array_equal(batch.T, [sample[10:] for _, sample in live])
+    np.testing.assert_array_equal(
+        batch.T,
+        [(sample.voltage, sample.voltage_difference, sample.motor_count) for _, sample in live],
+    )
     for index, stamp in enumerate(imu.stamps):
         before = stamps[stamps < stamp]
         known = before.size > 0 and stamp - before[-1] <= MOTOR_TIMEOUT * 1e9
@@ -131,4 +137,4 @@ def test_commands_of_an_old_time_go_when_the_clock_is_set_back() -> None:
     assert sample.motor_count == 0.0
     pairer.add_motors(motor_command(101 * MILLISECOND, [2.0, 4.0]))
     ((_, sample),) = pairer.add_imu(102 * MILLISECOND, (0.0,) * 6) + pairer.flush()
-    assert sample[10:] == (3.0, 2.0, 2.0)
+    assert MOTORS_OF(sample) == (3.0, 2.0, 2.0)

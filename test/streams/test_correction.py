@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from twbr_estimation.batch import correct
 from twbr_estimation.pipeline.pairing import WheelReading, motor_command, pair
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
-from twbr_estimation.samples import RESTART_GAP, CorrectedSample
+from twbr_estimation.samples import RESTART_GAP, CorrectedSample, is_saturated
 from twbr_estimation.streams.corrected import CorrectedStream, has_angle, imu_values
 from twbr_estimation.streams.correction import CorrectionStream, Stamped
 
@@ -135,6 +136,34 @@ def test_saturated_readings_pass_with_a_large_variance() -> None:
     assert stream.counts["saturated"] == 1
 
 
+@pytest.mark.parametrize("gyro_range", [125.0, 250.0, 2000.0])
+@pytest.mark.parametrize("mounting", [(0.0, 0.0, 0.0), (0.2, -0.4, 0.3), (0.7, 0.6, 0.8)])
+def test_what_is_saturated_survives_the_message(
+    gyro_range: float, mounting: tuple[float, float, float]
+) -> None:
+    """At every sensor axis, single and combined for a slower loop."""
+    setup = Setup(Robot(mounting=mounting, gyro_range=math.radians(gyro_range)))
+    full = [setup.robot.gyro_range] * 3 + [setup.robot.accel_range] * 3
+    for axis in range(6):
+        reading = [0.01, 0.02, -0.01, 0.2, 0.1, 9.8]
+        quiet = tuple(reading)
+        reading[axis] = full[axis]
+        for readings in ([tuple(reading)] * 21, [quiet] * 20 + [tuple(reading)]):
+            for period in (0.0, 0.01):
+                stream, received = (
+                    CorrectionStream(setup, 0.0, loop_period=period),
+                    CorrectedStream(),
+                )
+                saturated = 0
+                for index, values in enumerate(readings):
+                    for stamp, sent in stream.add_imu(10**9 + index * 10**6, values):
+                        message = imu_values(sent, sent.angle, sent.angle_variance, sent.gyro_y)
+                        ((_, got),) = received.add_imu(stamp, tuple(message))
+                        assert got._replace(dt=0.0, angle=0.0) == sent._replace(dt=0.0, angle=0.0)
+                        saturated += is_saturated(got)
+                assert saturated > 0
+
+
 def test_the_setup_changes_between_two_samples(driven: Any) -> None:
     stream = CorrectionStream(Setup(), wait=0.0)
     readings = [(stamp, r) for stamp, r in events(driven) if not isinstance(r, WheelReading)]
@@ -170,11 +199,15 @@ def test_corrected_messages_get_the_command_before_them() -> None:
     found = []
     for stamp in (10**9, 10**9 + 1, 2 * 10**9, 2 * 10**9 + 1):
         found += stream.add_imu(stamp, values) + stream.flush()
-    assert [each[18:] for _, each in found] == [
+    assert [(each.voltage, each.voltage_difference, each.motor_count) for _, each in found] == [
         (0.0, 0.0, 0.0),
         (2.5, 3.0, 2.0),
         (2.5, 3.0, 2.0),
         (3.0, 0.0, 1.0),
     ]
     ((_, corrected),) = raw.add_imu(10**9 + 1, (0.0, 0.0, 0.0, 0.0, 0.0, 9.8)) + raw.flush()
-    assert corrected[18:] == (2.5, 3.0, 2.0)
+    assert (corrected.voltage, corrected.voltage_difference, corrected.motor_count) == (
+        2.5,
+        3.0,
+        2.0,
+    )

@@ -92,7 +92,7 @@ def signals_of(recording: Recording, setup: Setup) -> Signals:
     """
     start = int(recording.imu.stamps[0])
     reference = _required_reference(recording)
-    wheels, calibration = recording.wheels, setup.calibration
+    wheels = recording.wheels
     still = replace(setup.correction, euler=False, centrifugal=False, wheel=False, yaw=False)
     samples = pair(recording.imu, wheels)
     corrected = batch.correct(samples, replace(setup, correction=still))
@@ -102,10 +102,10 @@ def signals_of(recording: Recording, setup: Setup) -> Signals:
         np.interp(time, stamps, corrected.field(name)) for name in ("gyro_y", "accel_x", "accel_z")
     )
 
-    def usable(noise: float, *names: str) -> BoolArray:
-        """Tell where no reading is missing and none saturated, whose variance is raised."""
-        most = np.max([corrected.field(name) for name in names], axis=0)
-        saturated = np.interp(time, stamps, (most > 2.0 * noise**2).astype(np.float64))
+    def usable(*flags: str) -> BoolArray:
+        """Return where no reading is missing and none saturated."""
+        flagged = np.max([corrected.field(name) for name in flags], axis=0)
+        saturated = np.interp(time, stamps, flagged)
         return np.asarray((saturated == 0.0) & _present(time, stamps), dtype=np.bool_)
 
     return Signals(
@@ -114,8 +114,8 @@ def signals_of(recording: Recording, setup: Setup) -> Signals:
         gyro=rate,
         accel_x=forward,
         accel_z=up,
-        gyro_usable=usable(calibration.gyro_noise, "gyro_variance_y"),
-        accel_usable=usable(calibration.accel_noise, "accel_variance_x", "accel_variance_z"),
+        gyro_usable=usable("gyro_saturated_y"),
+        accel_usable=usable("accel_saturated_x", "accel_saturated_z"),
         reference=(_seconds(reference.stamps, start), reference.tilt),
         wheel=None if wheels is None else (_seconds(wheels.stamps, start), _mean_angle(wheels)),
     )

@@ -15,9 +15,10 @@ import numpy as np
 
 from ..errors import ConfigurationError, MotionError
 from ..parameters.bounds import Bounds, require_bounds
+from ..pipeline.pairing import SampleTrack
 from ..recording import FloatArray
 from ..robot import Calibration, Robot
-from ..samples import STANDARD_GRAVITY, Sample
+from ..samples import READINGS, STANDARD_GRAVITY, Sample
 from ..sensors.error_model import scale_error, unscaled
 
 BLOCK = 0.1
@@ -89,18 +90,18 @@ def still_calibration(
         ConfigurationError: the samples do not cover the duration.
         MotionError: the robot moved; the message says when and how much.
     """
-    rows = np.array(samples, dtype=np.float64).reshape(-1, len(Sample._fields))
-    rows = _latest(rows, settings.duration)
-    ages = float(rows[1:, 0].sum()) - np.concatenate([[0.0], np.cumsum(rows[1:, 0])])
-    wheel = rows[:, 7:8] if (rows[:, 9] > 0.0).all() else None
-    movement = movement_in(ages, rows[:, 1:4], rows[:, 4:7], wheel, settings)
+    latest = _latest(SampleTrack.of(samples), settings.duration)
+    ages = (latest.stamps[-1] - latest.stamps) * 1e-9
+    gyro, accel = latest.fields(*READINGS[:3]), latest.fields(*READINGS[3:])
+    wheel = latest.fields("wheel_angle") if latest.field("wheel_count").all() else None
+    movement = movement_in(ages, gyro, accel, wheel, settings)
     if movement is not None:
         raise MotionError(f"the robot moved {movement.age:.1f} s ago: {movement.size}")
-    gyro_bias = rows[:, 1:4].mean(axis=0)
+    gyro_bias = gyro.mean(axis=0)
     calibrated = replace(calibration, gyro_bias=tuple(gyro_bias.tolist()))
     if not settings.accelerometer:
         return calibrated
-    bias = accel_bias(rows[:, 4:7].mean(axis=0), settings.tilt, calibrated, robot)
+    bias = accel_bias(accel.mean(axis=0), settings.tilt, calibrated, robot)
     return replace(calibrated, accel_bias=bias)
 
 
@@ -128,17 +129,17 @@ def specific_force(tilt: float, robot: Robot) -> FloatArray:
     return force
 
 
-def _latest(rows: FloatArray, duration: float) -> FloatArray:
-    """Return the rows of the last `duration` seconds; needs that much without a gap."""
-    gaps = np.flatnonzero(rows[:, 0] > BLOCK)
-    rows = rows[gaps[-1] :] if gaps.size else rows
-    ages = np.concatenate([np.cumsum(rows[:0:-1, 0])[::-1], [0.0]]) if len(rows) else rows[:, 0]
-    if len(rows) < 2 or ages[0] < 0.98 * duration:
-        covered = float(ages[0]) if len(rows) else 0.0
+def _latest(track: SampleTrack, duration: float) -> SampleTrack:
+    """Return the last `duration` seconds; needs that much without a gap."""
+    gaps = np.flatnonzero(track.field("dt") > BLOCK)
+    track = track.since(int(gaps[-1]) if gaps.size else 0)
+    ages = (track.stamps[-1:] - track.stamps) * 1e-9
+    if ages.size < 2 or ages[0] < 0.98 * duration:
+        covered = float(ages[0]) if ages.size else 0.0
         raise ConfigurationError(
             f"only {covered:.2f} s of readings, {duration:g} s are needed; try again later"
         )
-    return rows[ages <= duration]
+    return track.since(int(np.argmax(ages <= duration)))
 
 
 def movement_in(

@@ -16,11 +16,19 @@ from typing import NamedTuple
 
 from ..robot import POLYNOMIAL_DEGREE, Calibration, EncoderPlacement, Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample
+from .saturation import (
+    ACCEL_MARK,
+    GYRO_MARK,
+    SATURATED_SHARE,
+    SATURATED_WEIGHT,
+    SATURATION_MARGIN,
+    flag,
+    marked,
+)
 
-SATURATION_MARGIN = 0.999
-"""A reading above this share of full scale counts as saturated."""
-SATURATED_SHARE = 0.5
-"""Standard deviation of a saturated reading, as a share of full scale."""
+Vector = tuple[float, float, float]
+Rotation = tuple[float, float, float, float, float, float, float, float, float]
+
 _SHORT_DEGREE = 5
 _FREE_FALL = 1e-3  # below this specific force [m/s^2] there is no direction to measure
 
@@ -36,7 +44,7 @@ class Coefficients(NamedTuple):
     accel_limits: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
     polynomials: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
     """Scale polynomials of x, y, z, highest power first, padded to one length."""
-    rotation: tuple[float, float, float, float, float, float, float, float, float]
+    rotation: Rotation
     """Sensor to body, row by row."""
     gyro_limit: float
     accel_limit: float
@@ -141,98 +149,159 @@ def _scaled(
     return unbiased - error
 
 
-def _variance(reading: float, limit: float, variance: float, saturated: float) -> float:
-    return saturated if abs(reading) >= limit else variance
-
-
-def _calibrate(sample: Sample, c: Coefficients) -> CorrectedSample:
-    """Calibrate all three axes and turn them into body axes; the angle is left at zero."""
-    gx = (sample.gyro_x - c.gyro_bias[0]) * c.gyro_scale[0]  # (8)
-    gy = (sample.gyro_y - c.gyro_bias[1]) * c.gyro_scale[1]
-    gz = (sample.gyro_z - c.gyro_bias[2]) * c.gyro_scale[2]
-    ax = _scaled(sample.accel_x, c.accel_bias[0], c.accel_limits[0], c.polynomials[0])  # (11)
-    ay = _scaled(sample.accel_y, c.accel_bias[1], c.accel_limits[1], c.polynomials[1])
-    az = _scaled(sample.accel_z, c.accel_bias[2], c.accel_limits[2], c.polynomials[2])  # (12)
-    ugx = _variance(sample.gyro_x, c.gyro_limit, c.gyro_variance, c.gyro_saturated)
-    ugy = _variance(sample.gyro_y, c.gyro_limit, c.gyro_variance, c.gyro_saturated)
-    ugz = _variance(sample.gyro_z, c.gyro_limit, c.gyro_variance, c.gyro_saturated)
-    uax = _variance(sample.accel_x, c.accel_limit, c.accel_variance, c.accel_saturated)
-    uay = _variance(sample.accel_y, c.accel_limit, c.accel_variance, c.accel_saturated)
-    uaz = _variance(sample.accel_z, c.accel_limit, c.accel_variance, c.accel_saturated)
-    xx, xy, xz, yx, yy, yz, zx, zy, zz = c.rotation
-    return CorrectedSample(
-        sample.dt,
-        0.0,
-        0.0,
-        xx * gx + xy * gy + xz * gz,
-        yx * gx + yy * gy + yz * gz,
-        zx * gx + zy * gy + zz * gz,
-        xx * ax + xy * ay + xz * az,
-        yx * ax + yy * ay + yz * az,
-        zx * ax + zy * ay + zz * az,
-        xx * xx * ugx + xy * xy * ugy + xz * xz * ugz,
-        yx * yx * ugx + yy * yy * ugy + yz * yz * ugz,
-        zx * zx * ugx + zy * zy * ugy + zz * zz * ugz,
-        xx * xx * uax + xy * xy * uay + xz * xz * uaz,
-        yx * yx * uax + yy * yy * uay + yz * yz * uaz,
-        zx * zx * uax + zy * zy * uay + zz * zz * uaz,
-        sample.wheel_angle,
-        sample.wheel_difference,
-        sample.wheel_count,
-        sample.voltage,
-        sample.voltage_difference,
-        sample.motor_count,
+def _to_body(r: Rotation, x: float, y: float, z: float) -> Vector:
+    """Turn a vector of sensor axes into body axes."""
+    return (
+        r[0] * x + r[1] * y + r[2] * z,
+        r[3] * x + r[4] * y + r[5] * z,
+        r[6] * x + r[7] * y + r[8] * z,
     )
 
 
-def _with_angle(sample: CorrectedSample, back: float, up: float, last: float) -> CorrectedSample:
-    """Put in the angle of (13) from gravity's share along a_x' (`back`) and a_y' (`up`)."""
+def _spread(r: Rotation, x: float, y: float, z: float) -> Vector:
+    """Turn variances of sensor axes into those of body axes."""
+    return (
+        r[0] * r[0] * x + r[1] * r[1] * y + r[2] * r[2] * z,
+        r[3] * r[3] * x + r[4] * r[4] * y + r[5] * r[5] * z,
+        r[6] * r[6] * x + r[7] * r[7] * y + r[8] * r[8] * z,
+    )
+
+
+def _calibrated_rate(sample: Sample, c: Coefficients) -> Vector:
+    """Return the calibrated rate in body axes (8) [rad/s]."""
+    return _to_body(
+        c.rotation,
+        (sample.gyro_x - c.gyro_bias[0]) * c.gyro_scale[0],
+        (sample.gyro_y - c.gyro_bias[1]) * c.gyro_scale[1],
+        (sample.gyro_z - c.gyro_bias[2]) * c.gyro_scale[2],
+    )
+
+
+def _calibrated_force(sample: Sample, c: Coefficients) -> Vector:
+    """Return the calibrated specific force in body axes (11), (12) [m/s^2]."""
+    return _to_body(
+        c.rotation,
+        _scaled(sample.accel_x, c.accel_bias[0], c.accel_limits[0], c.polynomials[0]),
+        _scaled(sample.accel_y, c.accel_bias[1], c.accel_limits[1], c.polynomials[1]),
+        _scaled(sample.accel_z, c.accel_bias[2], c.accel_limits[2], c.polynomials[2]),
+    )
+
+
+def _doubt(
+    reading: Vector, limit: float, ordinary: float, saturated: float, mark: float, r: Rotation
+) -> tuple[Vector, Vector]:
+    """Return variances and saturation flags in body axes.
+
+    Args:
+        reading: In sensor axes, as the device reports it.
+        limit: Magnitude from which an axis is saturated.
+        ordinary: Variance of a reading below it.
+        saturated: Variance of a saturated one.
+        mark: Variance that tells one from the other in a message.
+        r: Rotation from sensor to body axes.
+    """
+    full_x = flag(abs(reading[0]), limit)
+    full_y = flag(abs(reading[1]), limit)
+    full_z = flag(abs(reading[2]), limit)
+    x, y, z = _spread(r, full_x, full_y, full_z)
+    flags = flag(x, SATURATED_WEIGHT), flag(y, SATURATED_WEIGHT), flag(z, SATURATED_WEIGHT)
+    x, y, z = _spread(
+        r,
+        saturated if full_x > 0.0 else ordinary,
+        saturated if full_y > 0.0 else ordinary,
+        saturated if full_z > 0.0 else ordinary,
+    )
+    return (marked(x, flags[0], mark), marked(y, flags[1], mark), marked(z, flags[2], mark)), flags
+
+
+def _corrected(
+    sample: Sample,
+    gyro: Vector,
+    accel: Vector,
+    back: float,
+    up: float,
+    last: float,
+    c: Coefficients,
+) -> CorrectedSample:
+    """Return the sample with the angle of (13) from gravity's share along a_x' and a_y'.
+
+    Args:
+        sample: The reading.
+        gyro: Calibrated rate, body axes [rad/s].
+        accel: Calibrated specific force, body axes [m/s^2].
+        back: Gravity's share along a_x' [m/s^2].
+        up: The same along a_y'.
+        last: Angle one sample ago [rad], for free fall.
+        c: The coefficients.
+    """
+    rates, rates_saturated = _doubt(
+        (sample.gyro_x, sample.gyro_y, sample.gyro_z),
+        c.gyro_limit,
+        c.gyro_variance,
+        c.gyro_saturated,
+        GYRO_MARK,
+        c.rotation,
+    )
+    forces, forces_saturated = _doubt(
+        (sample.accel_x, sample.accel_y, sample.accel_z),
+        c.accel_limit,
+        c.accel_variance,
+        c.accel_saturated,
+        ACCEL_MARK,
+        c.rotation,
+    )
     force = back * back + up * up
     angle, variance = last, math.pi**2
     if force > _FREE_FALL * _FREE_FALL:
         angle = math.atan2(back, up)  # (13)
-        noise = sample.accel_variance_x * up * up + sample.accel_variance_z * back * back
+        noise = forces[0] * up * up + forces[2] * back * back
         variance = min(noise / (force * force), math.pi**2)
     return CorrectedSample(
-        sample.dt,
-        angle,
-        variance,
-        sample.gyro_x,
-        sample.gyro_y,
-        sample.gyro_z,
-        sample.accel_x,
-        sample.accel_y,
-        sample.accel_z,
-        sample.gyro_variance_x,
-        sample.gyro_variance_y,
-        sample.gyro_variance_z,
-        sample.accel_variance_x,
-        sample.accel_variance_y,
-        sample.accel_variance_z,
-        sample.wheel_angle,
-        sample.wheel_difference,
-        sample.wheel_count,
-        sample.voltage,
-        sample.voltage_difference,
-        sample.motor_count,
+        dt=sample.dt,
+        angle=angle,
+        angle_variance=variance,
+        gyro_x=gyro[0],
+        gyro_y=gyro[1],
+        gyro_z=gyro[2],
+        accel_x=accel[0],
+        accel_y=accel[1],
+        accel_z=accel[2],
+        gyro_variance_x=rates[0],
+        gyro_variance_y=rates[1],
+        gyro_variance_z=rates[2],
+        accel_variance_x=forces[0],
+        accel_variance_y=forces[1],
+        accel_variance_z=forces[2],
+        wheel_angle=sample.wheel_angle,
+        wheel_difference=sample.wheel_difference,
+        wheel_count=sample.wheel_count,
+        voltage=sample.voltage,
+        voltage_difference=sample.voltage_difference,
+        motor_count=sample.motor_count,
+        gyro_saturated_x=rates_saturated[0],
+        gyro_saturated_y=rates_saturated[1],
+        gyro_saturated_z=rates_saturated[2],
+        accel_saturated_x=forces_saturated[0],
+        accel_saturated_y=forces_saturated[1],
+        accel_saturated_z=forces_saturated[2],
     )
 
 
 def start(sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:
     """Begin with a first sample: no motion terms, wheels at rest (Laddach 2022, section 4)."""
-    body = _calibrate(sample, c)
-    corrected = _with_angle(body, -body.accel_x, body.accel_z, 0.0)
+    gyro, accel = _calibrated_rate(sample, c), _calibrated_force(sample, c)
+    corrected = _corrected(sample, gyro, accel, -accel[0], accel[2], 0.0, c)
     known = _WHEEL_VELOCITY if sample.wheel_count > 0.0 else _NO_WHEEL
     two = 1.0 if _turns(sample, c) else 0.0
     return State(
         corrected.angle,
-        body.gyro_y,
+        gyro[1],
         0.0,
         sample.wheel_angle,
         known,
         sample.wheel_difference,
-        two * body.gyro_x,
-        two * body.gyro_z,
+        two * gyro[0],
+        two * gyro[2],
     ), corrected
 
 
@@ -252,23 +321,24 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     Returns:
         The next state and the sample in body axes with the corrected angle.
     """
-    body = _calibrate(sample, c)
-    rate = (body.gyro_y * sample.dt + state.rate * c.rate_time_constant) / (
+    gyro, accel = _calibrated_rate(sample, c), _calibrated_force(sample, c)
+    pitch_rate = gyro[1]
+    rate = (pitch_rate * sample.dt + state.rate * c.rate_time_constant) / (
         sample.dt + c.rate_time_constant
     )  # (16)
     turn = (rate - state.rate) / sample.dt * c.euler  # (17)
-    spin = body.gyro_y * body.gyro_y * c.centrifugal
+    spin = pitch_rate * pitch_rate * c.centrifugal
     euler = turn * c.lever_up - spin * c.lever_forward  # (15)
     centrifugal = spin * c.lever_up + turn * c.lever_forward  # (14)
-    velocity, known = _wheel_velocity(state, sample, body.gyro_y, c)
+    velocity, known = _wheel_velocity(state, sample, pitch_rate, c)
     forward = 0.0
     if known == _WHEEL_VELOCITY and state.wheel_known == _WHEEL_VELOCITY:
         forward = (velocity - state.velocity) / sample.dt * c.wheel  # (20)
-    back = -body.accel_x + euler + forward * math.cos(state.angle)  # (21), numerator of (13)
-    up = body.accel_z + centrifugal - forward * math.sin(state.angle)
+    back = -accel[0] + euler + forward * math.cos(state.angle)  # (21), numerator of (13)
+    up = accel[2] + centrifugal - forward * math.sin(state.angle)
     roll_rate, yaw_rate = 0.0, 0.0
     if _turns(sample, c):
-        roll, yaw = _turning(state, sample, body, c)
+        roll, yaw = _turning(state, sample, gyro, c)
         share, settled = sample.dt / (sample.dt + c.rate_time_constant), c.euler
         roll_rate, yaw_rate = state.roll_rate, state.yaw_rate
         if state.wheel_known == _NO_WHEEL:  # the second encoder comes in: no past to differ from
@@ -276,10 +346,10 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
         roll_change, yaw_change = share * (roll - roll_rate), share * (yaw - yaw_rate)
         roll_rate, yaw_rate = roll_rate + roll_change, yaw_rate + yaw_change  # (16)
         roll_turn, yaw_turn = settled * roll_change / sample.dt, settled * yaw_change / sample.dt
-        forward_turn, up_turn = _felt_turning(roll, body.gyro_y, yaw, roll_turn, yaw_turn, c)
+        forward_turn, up_turn = turning_acceleration(roll, pitch_rate, yaw, roll_turn, yaw_turn, c)
         back += forward_turn
         up -= up_turn
-    corrected = _with_angle(body, back, up, state.angle)
+    corrected = _corrected(sample, gyro, accel, back, up, state.angle, c)
     return State(
         corrected.angle,
         rate,
@@ -292,20 +362,18 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     ), corrected
 
 
-def _turning(
-    state: State, sample: Sample, body: CorrectedSample, c: Coefficients
-) -> tuple[float, float]:
+def _turning(state: State, sample: Sample, gyro: Vector, c: Coefficients) -> tuple[float, float]:
     """Return the rates about the body's x and z axes; from the wheels where the gyro saturates."""
     largest = max(abs(sample.gyro_x), abs(sample.gyro_z))
     known = state.wheel_known > _NO_WHEEL and c.yaw_per_difference > 0.0
     if largest < c.gyro_limit or not known:
-        return body.gyro_x, body.gyro_z
+        return gyro[0], gyro[2]
     turned = sample.wheel_difference - state.wheel_difference
     heading_rate = c.yaw_per_difference * turned / sample.dt
     return -heading_rate * math.sin(state.angle), heading_rate * math.cos(state.angle)
 
 
-def _felt_turning(
+def turning_acceleration(
     roll: float, pitch: float, yaw: float, roll_turn: float, yaw_turn: float, c: Coefficients
 ) -> tuple[float, float]:
     """Return what turning adds to the IMU's acceleration, forward and up [m/s^2].

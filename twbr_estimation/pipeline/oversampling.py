@@ -14,18 +14,15 @@ sample by itself, and averaged with the weight its variance gives it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..samples import RESTART_GAP, CorrectedSample
+from ..samples import MOTORS, READINGS, RESTART_GAP, CorrectedSample
 
-_FIELDS = CorrectedSample._fields
-_VALUES = slice(_FIELDS.index("gyro_x"), _FIELDS.index("accel_z") + 1)
-_MOTORS = slice(_FIELDS.index("voltage"), _FIELDS.index("motor_count") + 1)
-_UNKNOWN = (0.0, 0.0, 0.0)
-_VARIANCES = slice(_FIELDS.index("gyro_variance_x"), _FIELDS.index("accel_variance_z") + 1)
+_VARIANCES = tuple(name.replace("_", "_variance_") for name in READINGS)
+_SATURATED = tuple(name.replace("_", "_saturated_") for name in READINGS)
 
 
 class Oversampler:
@@ -63,9 +60,9 @@ class Oversampler:
 def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     """Return the samples of one interval as one sample at its end.
 
-    White noise averages out; what a variance has beyond the smallest of its axis, because the
-    sensor saturated, does not. The wheels are those of the last sample, the motors' voltage the
-    mean over the interval, unknown where it is so for any sample.
+    White noise averages out. An axis that was saturated in any sample stays so, and its variance
+    does not average out. The wheels are those of the last sample, the motors' voltage the mean
+    over the interval, unknown where it is so for any sample.
 
     Args:
         samples: at least one, in order; the first one's `dt` belongs to the interval.
@@ -73,19 +70,21 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     last = samples[-1]
     if len(samples) == 1:
         return last
-    rows = np.array(samples)
-    dt = rows[:, 0]
+    rows = dict(zip(CorrectedSample._fields, np.array(samples).T, strict=True))
+    dt = rows["dt"]
     weights = _end_weights(_time_left(dt))
-    low, high = np.min(rows[:, _VARIANCES], axis=0), np.max(rows[:, _VARIANCES], axis=0)
-    variances = float(weights @ weights) * low + (high - low)
-    angle, angle_variance = _angle_at_end(rows, dt)
-    values = (weights @ rows[:, _VALUES]).tolist()
-    wheels = (last.wheel_angle, last.wheel_difference, last.wheel_count)
-    motors = _UNKNOWN
-    if all(each.motor_count > 0.0 for each in samples):
-        motors = tuple((dt @ rows[:, _MOTORS] / np.sum(dt)).tolist())
-    start = (float(np.sum(dt)), angle, angle_variance)
-    return CorrectedSample(*(*start, *values, *variances.tolist(), *wheels, *motors))
+    averaged = float(weights @ weights)
+    fields = {name: float(weights @ rows[name]) for name in READINGS}
+    for variance, saturated in zip(_VARIANCES, _SATURATED, strict=True):
+        fields[saturated] = float(rows[saturated].max())
+        low, high = float(rows[variance].min()), float(rows[variance].max())
+        fields[variance] = high if fields[saturated] else averaged * low + (high - low)
+    known = bool(rows["motor_count"].all())
+    fields |= {name: float(dt @ rows[name] / dt.sum()) if known else 0.0 for name in MOTORS}
+    angle, variance_of_angle = _angle_at_end(rows, dt)
+    return last._replace(
+        dt=float(dt.sum()), angle=angle, angle_variance=variance_of_angle, **fields
+    )
 
 
 def _time_left(dt: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -101,13 +100,15 @@ def _end_weights(left: NDArray[np.float64]) -> NDArray[np.float64]:
     return weights
 
 
-def _angle_at_end(rows: NDArray[np.float64], dt: NDArray[np.float64]) -> tuple[float, float]:
+def _angle_at_end(
+    rows: Mapping[str, NDArray[np.float64]], dt: NDArray[np.float64]
+) -> tuple[float, float]:
     """Return the angle [rad] at the end of the interval, and its variance."""
-    angle = rows[:, _FIELDS.index("angle")]
-    rate = rows[:, _FIELDS.index("gyro_y")]
+    angle = rows["angle"]
+    rate = rows["gyro_y"]
     turns = 0.5 * dt[1:] * (rate[1:] + rate[:-1])
     carried = angle + np.append(np.cumsum(turns[::-1])[::-1], 0.0)
-    certainty = 1.0 / rows[:, _FIELDS.index("angle_variance")]
+    certainty = 1.0 / rows["angle_variance"]
     total = float(np.sum(certainty))
     mean = float(angle[-1]) + float(certainty @ _wrapped(carried - angle[-1])) / total
     return float(_wrapped(np.array(mean))), 1.0 / total

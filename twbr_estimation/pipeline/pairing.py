@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..samples import Sample
+from ..samples import MOTORS, READINGS, WHEELS, Sample
 
 if TYPE_CHECKING:  # a live stream needs no recordings, and a node starts sooner without
     from ..recording import FloatArray, ImuTrack, MotorTrack, StampArray, WheelTrack
@@ -40,6 +40,26 @@ class SampleTrack:
     """Header stamps [ns], (n,)."""
     columns: FloatArray
     """The fields of `Sample` as rows, (13, n)."""
+
+    @classmethod
+    def of(cls, samples: Sequence[Sample]) -> SampleTrack:
+        """Return samples as a track; the stamps count from the first."""
+        columns = np.array(samples, dtype=np.float64).reshape(-1, len(Sample._fields)).T
+        times = np.cumsum(columns[Sample._fields.index("dt")])
+        return cls(np.round((times - times[:1]) * 1e9).astype(np.int64), columns)
+
+    def since(self, index: int) -> SampleTrack:
+        """Return the samples from an index on."""
+        return SampleTrack(self.stamps[index:], self.columns[:, index:])
+
+    def field(self, name: str) -> FloatArray:
+        """Return one field of `Sample` over time, (n,)."""
+        row: FloatArray = self.columns[Sample._fields.index(name)]
+        return row
+
+    def fields(self, *names: str) -> FloatArray:
+        """Return fields of `Sample` over time, one column each, (n, names)."""
+        return np.stack([self.field(name) for name in names], axis=1)
 
 
 class WheelReading(NamedTuple):
@@ -180,7 +200,7 @@ class Pairer:
             motors.popleft()
         if not motors or not 0 < stamp - motors[0].stamp <= self._motor_timeout:
             return _UNKNOWN
-        return motors[0][1:]
+        return motors[0].voltage, motors[0].difference, motors[0].motors
 
     def _wheels_at(self, stamp: int) -> tuple[float, float, float]:
         wheels = self._wheels
@@ -228,14 +248,15 @@ def pair(
         n samples; those without a usable wheel reading have `wheel_count` 0, those without
         a motor command `motor_count` 0.
     """
-    columns = np.zeros((len(Sample._fields), imu.stamps.size))
-    columns[0, 1:] = np.diff(imu.stamps) * 1e-9
-    columns[1:4] = imu.gyro.T
-    columns[4:7] = imu.accel.T
-    if wheels is not None and wheels.stamps.size > 0 and imu.stamps.size > 0:
-        columns[7:10] = _wheels_at(imu.stamps, wheels, round(wait * _SECOND))
+    n = imu.stamps.size
+    dt = np.concatenate([np.zeros(min(n, 1)), np.diff(imu.stamps) * 1e-9])
+    rows = dict(zip(READINGS, [*imu.gyro.T, *imu.accel.T], strict=True))
+    if wheels is not None and wheels.stamps.size > 0 and n > 0:
+        rows |= zip(WHEELS, _wheels_at(imu.stamps, wheels, round(wait * _SECOND)), strict=True)
     if motors is not None and motors.stamps.size > 0:
-        columns[10:13] = _motors_at(imu.stamps, motors)
+        rows |= zip(MOTORS, _motors_at(imu.stamps, motors), strict=True)
+    absent = np.zeros(n)
+    columns = np.stack([dt if name == "dt" else rows.get(name, absent) for name in Sample._fields])
     return SampleTrack(imu.stamps, columns)
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..configuration.presets import preset
-from ..samples import Sample
 from ..simulation import World, simulate
 from ..simulation.worlds import PAPER
 from ..tuning.objective import TuningSet, prepare
@@ -54,7 +53,7 @@ def raw_mse(sets: Sequence[TuningSet]) -> float:
     """Return the MSE of the plain arctangent of the readings, as in Table 1 [deg^2]."""
     figures = []
     for each in sets:
-        forward, up = (each.samples.columns[Sample._fields.index(f"accel_{a}")] for a in "xz")
+        forward, up = (each.samples.field(f"accel_{axis}") for axis in "xz")
         with np.errstate(divide="ignore"):
             error = each.errors(np.arctan(-forward / up))
         figures.append(float(np.mean(np.square(np.degrees(error)))))

@@ -120,7 +120,7 @@ def one_drive(plan: Plan, picture: Path | None = None) -> dict[str, Any]:
     parameters = entry.configure(printed_settings(dt)[1][name])
     tilt = run_filter(entry, parameters, each.corrected, each.setup.robot).tilt
     if picture is not None:
-        forward, up = each.samples.columns[4], each.samples.columns[6]
+        forward, up = each.samples.field("accel_x"), each.samples.field("accel_z")
         seconds = (each.samples.stamps - each.samples.stamps[0]) * 1e-9
         lines = {
             "arctangent of the readings": np.arctan2(-forward, up),

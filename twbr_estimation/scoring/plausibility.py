@@ -14,7 +14,7 @@ import numpy as np
 from ..pipeline.pairing import pair
 from ..recording import Recording, TiltTrack
 from ..robot import Setup
-from ..samples import STANDARD_GRAVITY, Sample
+from ..samples import STANDARD_GRAVITY
 
 GRAVITY_TOLERANCE = 0.3
 """Share by which the median specific force may differ from gravity."""
@@ -54,8 +54,7 @@ def _wheel_doubts(recording: Recording) -> Iterator[str]:
     probes = replace(
         imu, stamps=imu.stamps[thinned], gyro=imu.gyro[thinned], accel=imu.accel[thinned]
     )
-    paired = pair(probes, recording.wheels).columns
-    without = float(np.mean(paired[Sample._fields.index("wheel_count")] == 0.0))
+    without = float(np.mean(pair(probes, recording.wheels).field("wheel_count") == 0.0))
     if without > WITHOUT_WHEEL:
         yield (
             f"{100.0 * without:.3g} % of the samples have no wheel reading: the wheels' "

@@ -11,6 +11,7 @@ from collections import deque
 
 from ..messages import tilt_of_quaternion
 from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
+from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
 from ..samples import CorrectedSample, Sample
 from .correction import UNKNOWN_TIME, Stamped
 from .messages import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
@@ -20,7 +21,6 @@ ROLL_YAW_VARIANCE = math.pi**2
 """Variance [rad^2] of angles about which nothing is known."""
 UNREPORTED = -1.0
 """First covariance of a field that a message does not report (REP-145)."""
-_UNKNOWN = (0.0,) * 6  # wheels and motors
 _PITCH_VARIANCE = ORIENTATION_COVARIANCE + 4
 
 
@@ -81,7 +81,7 @@ class CorrectedStream:
         if not self.paired:
             return [*ready, *self.flush(), (stamp, sample)]
         self._waiting.append((stamp, sample))
-        return ready + self._completed(self._pairer.add_imu(stamp, sample[3:9]))
+        return ready + self._completed(self._pairer.add_imu(stamp, readings_of(values)))
 
     def add_wheels(self, reading: WheelReading) -> Stamped:
         """Take a wheel reading; return the samples it completes."""
@@ -116,12 +116,47 @@ class CorrectedStream:
 
     def _with_pair(self, paired: Sample) -> tuple[int, CorrectedSample]:
         stamp, sample = self._waiting.popleft()
-        return stamp, CorrectedSample(*sample[:15], *paired[7:])
+        return stamp, sample._replace(
+            wheel_angle=paired.wheel_angle,
+            wheel_difference=paired.wheel_difference,
+            wheel_count=paired.wheel_count,
+            voltage=paired.voltage,
+            voltage_difference=paired.voltage_difference,
+            motor_count=paired.motor_count,
+        )
+
+
+def readings_of(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2] of an Imu's doubles."""
+    return values[GYRO : GYRO + 3] + values[ACCEL : ACCEL + 3]
 
 
 def _sample(values: tuple[float, ...], dt: float) -> CorrectedSample:
-    head = (dt, float(tilt_of_quaternion(*values[:4])), values[_PITCH_VARIANCE])
-    gyro_variance = values[GYRO_COVARIANCE : GYRO_COVARIANCE + 9 : 4]
-    accel_variance = values[ACCEL_COVARIANCE : ACCEL_COVARIANCE + 9 : 4]
-    readings = values[GYRO : GYRO + 3] + values[ACCEL : ACCEL + 3]
-    return CorrectedSample._make(head + readings + gyro_variance + accel_variance + _UNKNOWN)
+    """Return the sample of an Imu's doubles; its covariances mark what is saturated."""
+    rate, force = GYRO_COVARIANCE, ACCEL_COVARIANCE
+    return CorrectedSample(
+        dt=dt,
+        angle=float(tilt_of_quaternion(*values[:4])),
+        angle_variance=values[_PITCH_VARIANCE],
+        gyro_x=values[GYRO],
+        gyro_y=values[GYRO + 1],
+        gyro_z=values[GYRO + 2],
+        accel_x=values[ACCEL],
+        accel_y=values[ACCEL + 1],
+        accel_z=values[ACCEL + 2],
+        gyro_variance_x=values[rate],
+        gyro_variance_y=values[rate + 4],
+        gyro_variance_z=values[rate + 8],
+        accel_variance_x=values[force],
+        accel_variance_y=values[force + 4],
+        accel_variance_z=values[force + 8],
+        wheel_angle=0.0,
+        wheel_difference=0.0,
+        wheel_count=0.0,
+        gyro_saturated_x=1.0 if values[rate] > GYRO_MARK else 0.0,
+        gyro_saturated_y=1.0 if values[rate + 4] > GYRO_MARK else 0.0,
+        gyro_saturated_z=1.0 if values[rate + 8] > GYRO_MARK else 0.0,
+        accel_saturated_x=1.0 if values[force] > ACCEL_MARK else 0.0,
+        accel_saturated_y=1.0 if values[force + 4] > ACCEL_MARK else 0.0,
+        accel_saturated_z=1.0 if values[force + 8] > ACCEL_MARK else 0.0,
+    )

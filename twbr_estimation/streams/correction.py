@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 
-from ..pipeline.correction import SATURATION_MARGIN, Corrector
+from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..robot import Setup
-from ..samples import RESTART_GAP, CorrectedSample, Sample
+from ..samples import RESTART_GAP, CorrectedSample, Sample, is_saturated
 from .stamps import StampGuard, Verdict
 
 Stamped = list[tuple[int, CorrectedSample]]
@@ -57,8 +57,6 @@ class CorrectionStream:
     def configure(self, setup: Setup) -> None:
         """Use another setup from the next sample on; the past stays."""
         self._corrector.reconfigure(setup)
-        self._gyro_limit = SATURATION_MARGIN * setup.robot.gyro_range
-        self._accel_limit = SATURATION_MARGIN * setup.robot.accel_range
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> Stamped:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
@@ -126,10 +124,8 @@ class CorrectionStream:
         counts["samples"] += 1
         if not self.wheels_known:
             counts["without_wheels"] += 1
-        if (
-            max(map(abs, sample[1:4])) >= self._gyro_limit
-            or max(map(abs, sample[4:7])) >= self._accel_limit
-        ):
-            counts["saturated"] += 1
         self.recent.append(sample)
-        return self._corrector.step(sample)
+        corrected = self._corrector.step(sample)
+        if is_saturated(corrected):
+            counts["saturated"] += 1
+        return corrected

@@ -9,7 +9,7 @@
 | more than `RESTART_GAP` after the last | taken; its `dt` makes correction and filters start afresh, `gap` |
 | NaN or infinity | skipped, counted as `not_finite` |
 
-Saturated readings are no case for this file: the correction gives them a large variance.
+Saturated readings are no case for this file: the correction flags them.
 """  # noqa: E501
 
 from __future__ import annotations

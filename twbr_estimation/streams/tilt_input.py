@@ -6,10 +6,10 @@ from collections import Counter
 
 from ..pipeline.pairing import MotorCommand
 from ..robot import Setup
-from .corrected import CorrectedStream, has_angle
+from .corrected import CorrectedStream, has_angle, readings_of
 from .correction import CorrectionStream, Stamped
 from .inputs import InputSettings
-from .messages import ACCEL, GYRO, WheelDecoder, decode_imu
+from .messages import WheelDecoder, decode_imu
 
 
 class TiltInput:
@@ -53,7 +53,7 @@ class TiltInput:
         self.raw = not has_angle(values)
         if not self.raw:
             return self._corrected.add_imu(stamp, values)
-        return self._correction.add_imu(stamp, values[GYRO : GYRO + 3] + values[ACCEL : ACCEL + 3])
+        return self._correction.add_imu(stamp, readings_of(values))
 
     def add_wheels(self, data: bytes) -> Stamped:
         """Take a serialised JointState; return the samples it completes.

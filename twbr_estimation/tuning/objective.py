@@ -13,7 +13,6 @@ from ..errors import ConfigurationError, RecordingError
 from ..pipeline.pairing import SampleTrack, pair
 from ..recording import FloatArray, Recording, StampArray
 from ..robot import CorrectionSettings, Setup
-from ..samples import Sample
 from ..scoring.errors import Association, Options
 
 SLOPE_HALF_WIDTH = 0.01
@@ -102,7 +101,7 @@ class TuningSet:
     @property
     def has_wheels(self) -> bool:
         """Whether any sample has a wheel reading."""
-        return bool(np.any(self.samples.columns[Sample._fields.index("wheel_count")] > 0.0))
+        return bool(np.any(self.samples.field("wheel_count") > 0.0))
 
     def corrected_with(self, settings: CorrectionSettings) -> TuningSet:
         """Return the set as other settings of the correction leave it."""
@@ -138,7 +137,6 @@ def prepare(recording: Recording, setup: Setup, options: Options | None = None) 
     known = covered & (samples.stamps >= begin)
     if int(known.sum()) < 2:
         raise RecordingError(f"{recording.source}: fewer than 2 samples have a reference")
-    ordinary = setup.calibration.gyro_noise**2, setup.calibration.accel_noise**2
     return TuningSet(
         source=recording.source,
         dt=recording.dt,
@@ -148,7 +146,7 @@ def prepare(recording: Recording, setup: Setup, options: Options | None = None) 
         reference=np.where(known, reference, 0.0),
         known=known,
         slope=_slope(association, samples.stamps[known]),
-        saturated=_saturated(corrected, *ordinary),
+        saturated=_saturated(corrected),
     )
 
 
@@ -160,9 +158,7 @@ def _slope(association: Association, stamps: StampArray) -> FloatArray:
     return np.where(known & also, (later - earlier) / (2.0 * SLOPE_HALF_WIDTH), 0.0)
 
 
-def _saturated(corrected: CorrectedTrack, gyro_variance: float, accel_variance: float) -> float:
-    """Return the share of samples whose variance is inflated in the plane of the tilt."""
-    gyro = corrected.field("gyro_variance_y") > 2.0 * gyro_variance
-    accel = corrected.field("accel_variance_x") > 2.0 * accel_variance
-    accel |= corrected.field("accel_variance_z") > 2.0 * accel_variance
-    return float(np.mean(gyro | accel))
+def _saturated(corrected: CorrectedTrack) -> float:
+    """Return the share of samples that are saturated in the plane of the tilt."""
+    axes = ("gyro_saturated_y", "accel_saturated_x", "accel_saturated_z")
+    return float(np.mean(np.any([corrected.field(axis) for axis in axes], axis=0)))

@@ -19,6 +19,7 @@ from ..configuration.presets import preset
 from ..errors import ConfigurationError, RecordingError
 from ..filters import filter_named, filters
 from ..robot import CorrectionSettings
+from ..samples import READINGS
 from ..scoring.errors import Options
 from ..smoothing import SMOOTHER, smooth_recording
 from .correction import TunedCorrection, tune_correction
@@ -180,7 +181,7 @@ def _digests(each: TuningSet) -> NDArray[np.int64]:
 
     Stamps and names do not count: a copy, a part and a recording under another name are seen.
     """
-    rows = np.ascontiguousarray(each.samples.columns[1:7].T)
+    rows = each.samples.fields(*READINGS)
     packed, size = rows.tobytes(), rows.shape[1] * rows.itemsize
     starts = range(0, len(packed), size)
     return np.fromiter((hash(packed[start : start + size]) for start in starts), np.int64)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ...samples import CorrectedSample
+from ...samples import CorrectedSample, is_saturated
 from .error_state import (
     ATTITUDE,
     DISTANCE,
@@ -24,7 +24,7 @@ from .error_state import (
     observe,
     scatter_of,
 )
-from .navigation import Navigation, Reading, clipped, gyro_saturated
+from .navigation import Navigation, Reading, gyro_saturated
 from .strapdown import Vector, cross, heading_of, rotated, tilt_of
 
 HOLD = 1.0
@@ -293,7 +293,7 @@ def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample
 
 def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
     """Return the memory one sample later."""
-    calm = 0.0 if clipped(sample) else aiding.calm + sample.dt
+    calm = 0.0 if is_saturated(sample) else aiding.calm + sample.dt
     turned = aiding.turned + abs(sample.gyro_y) * sample.dt
     if sample.wheel_angle != aiding.angle:
         turned = 0.0

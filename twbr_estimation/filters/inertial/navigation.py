@@ -39,10 +39,6 @@ from .strapdown import (
     turned,
 )
 
-GYRO_SATURATED = 1.0
-"""A variance of the rate above this marks a saturated gyro [(rad/s)^2]."""
-ACCEL_SATURATED = 10.0
-"""A variance of the specific force above this marks a clipped one [(m/s^2)^2]."""
 SATURATION_MEMORY = 0.02
 """How long the error of a saturated roll or yaw rate stays alike [s]."""
 SHOCK = 1.0
@@ -125,14 +121,7 @@ def empty_window() -> Window:
 
 def gyro_saturated(sample: CorrectedSample) -> bool:
     """Whether the tilt rate was beyond the gyro's range."""
-    return sample.gyro_variance_y > GYRO_SATURATED
-
-
-def clipped(sample: CorrectedSample) -> bool:
-    """Whether any sensor was beyond its range."""
-    gyro = sample.gyro_variance_x + sample.gyro_variance_y + sample.gyro_variance_z
-    accel = sample.accel_variance_x + sample.accel_variance_y + sample.accel_variance_z
-    return gyro > GYRO_SATURATED or accel > ACCEL_SATURATED
+    return sample.gyro_saturated_y > 0.0
 
 
 def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> Reading:
@@ -228,25 +217,36 @@ def extend(window: Window, last: Reading, now: Reading, sample: CorrectedSample)
         (push[0] + dt * force[0], push[1] + dt * force[1], push[2] + dt * force[2]),
         (window.bend[0] + dt * back, window.bend[1] + dt * ahead),
         (
-            t[0] + _turn_noise(sample.gyro_variance_x, gyro[0] - was[0], dt),
-            t[1] + _turn_noise(known, gyro[1] - was[1], dt),
-            t[2] + _turn_noise(sample.gyro_variance_z, gyro[2] - was[2], dt),
+            t[0]
+            + _turn_noise(sample.gyro_variance_x, sample.gyro_saturated_x, gyro[0] - was[0], dt),
+            t[1] + _turn_noise(known, 0.0, gyro[1] - was[1], dt),
+            t[2]
+            + _turn_noise(sample.gyro_variance_z, sample.gyro_saturated_z, gyro[2] - was[2], dt),
         ),
         (
-            p[0] + _push_noise(sample.accel_variance_x, accel[0] - before[0], dt),
-            p[1] + _push_noise(sample.accel_variance_y, accel[1] - before[1], dt),
-            p[2] + _push_noise(sample.accel_variance_z, accel[2] - before[2], dt),
+            p[0]
+            + _push_noise(
+                sample.accel_variance_x, sample.accel_saturated_x, accel[0] - before[0], dt
+            ),
+            p[1]
+            + _push_noise(
+                sample.accel_variance_y, sample.accel_saturated_y, accel[1] - before[1], dt
+            ),
+            p[2]
+            + _push_noise(
+                sample.accel_variance_z, sample.accel_saturated_z, accel[2] - before[2], dt
+            ),
         ),
     )
 
 
-def _turn_noise(variance: float, jump: float, dt: float) -> float:
-    memory = max(dt, SATURATION_MEMORY) if variance > GYRO_SATURATED else dt
+def _turn_noise(variance: float, saturated: float, jump: float, dt: float) -> float:
+    memory = max(dt, SATURATION_MEMORY) if saturated > 0.0 else dt
     return dt * (memory * variance + dt * JUMP * jump * jump)
 
 
-def _push_noise(variance: float, jump: float, dt: float) -> float:
-    if variance > ACCEL_SATURATED:
+def _push_noise(variance: float, saturated: float, jump: float, dt: float) -> float:
+    if saturated > 0.0:
         return SHOCK * SHOCK
     return dt * dt * (variance + JUMP * jump * jump)
 

@@ -18,7 +18,7 @@ import numpy as np
 from ...batch import CorrectedTrack, correct
 from ...errors import ConfigurationError
 from ...filters.inertial.aiding import EXCESS_SPREAD, EXCESS_TIME
-from ...filters.inertial.navigation import ACCEL_SATURATED, GYRO_SATURATED, SHOCK
+from ...filters.inertial.navigation import SHOCK
 from ...filters.ins_odometer import FIRST_TILT, FIRST_VELOCITY
 from ...pipeline.pairing import pair
 from ...recording import FloatArray
@@ -102,7 +102,7 @@ def _steps(simulated: Simulated) -> Iterator[Slopes]:
     for k in range(1, truth.tilt.size):
         before, saturated = (
             saturated,
-            bool(_field(corrected, "gyro_variance_y", k) > GYRO_SATURATED),
+            bool(_field(corrected, "gyro_saturated_y", k)),
         )
         f, q = noises.step(corrected, float(truth.tilt[k]), float(speed[k]), saturated, before, k)
         sine, cosine = math.sin(truth.tilt[k]), math.cos(truth.tilt[k])
@@ -185,8 +185,7 @@ class _Noises:
             )
         noise = np.array([self.world.accel_noise[0], self.world.accel_noise[2]])
         q[np.ix_(rows, rows)] = (turn * noise**2) @ turn.T
-        clipped = [_field(corrected, f"accel_variance_{axis}", k) for axis in "xz"]
-        if max(clipped) > ACCEL_SATURATED:
+        if any(_field(corrected, f"accel_saturated_{axis}", k) for axis in "xz"):
             q[rows, rows] += SHOCK * SHOCK
         return f, q
 
