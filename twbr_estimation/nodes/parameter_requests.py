@@ -46,7 +46,7 @@ def unknown(name: str, node: Any) -> str:
         name.rpartition(".")[2], [each for each in names if "." not in each], 1
     )
     hint = f"; is {close[0]} meant?" if close else ""
-    return f"{node.get_name()} has no parameter {name}{hint}"
+    return f"parameter {name} does not exist in {node.get_name()}{hint}"
 
 
 def _as_declared(node: Any, parameter: Parameter) -> Parameter:

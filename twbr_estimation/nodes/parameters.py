@@ -161,7 +161,7 @@ def _array_type(declaration: Declaration) -> Parameter.Type:
 
 _NEEDED = {
     Parameter.Type.BOOL: "true or false",
-    Parameter.Type.INTEGER: "a whole number, as in 1",
+    Parameter.Type.INTEGER: "a whole number",
     Parameter.Type.DOUBLE: "a number with a decimal point, as in 1.0",
     Parameter.Type.STRING: "a text; quote what YAML takes for something else, as in '\"1\"'",
     Parameter.Type.INTEGER_ARRAY: "a list of whole numbers, as in [1, 2]",
@@ -182,6 +182,8 @@ def _wrong_type(node: Node, declaration: Declaration) -> str:
         needed = f"a list of texts, as in ['{word}']"
     else:
         needed = _NEEDED[kind]
+        if kind is Parameter.Type.INTEGER:
+            needed = f"a whole number, as in {_whole_number(given)}"
     return f"{declaration.name}: {given!r} is of the wrong type; needed is {needed}"
 
 
@@ -199,6 +201,14 @@ def _declare_empty(node: Node, declaration: Declaration) -> None:
     final = descriptor_of(declaration)
     final.type = kind.value
     node.set_descriptor(declaration.name, final)
+
+
+def _whole_number(value: Any) -> int:
+    """Return the whole number that is meant, or any."""
+    try:
+        return int(value, 0) if isinstance(value, str) else int(value)
+    except (TypeError, ValueError, OverflowError):
+        return 1
 
 
 def _plain(value: Any) -> Any:

@@ -294,7 +294,8 @@ class ReplayNode(GuardedNode):
             return
         self._end_timer.cancel()
         if self._error is not None:
-            raise self._error
+            self.get_logger().fatal(str(self._error))
+            raise SystemExit(1)
         self._state = "finished"
         self.get_logger().info(f"played {self.player.played} messages of {self._settings.bag}")
         if self._settings.exit_at_end:

@@ -72,7 +72,7 @@ def start_warnings(nodes: Sequence[Node], files: Sequence[ParameterFile]) -> Ite
     given = {name: node for node in nodes for name in node._parameter_overrides}
     for name, node in given.items():
         if name not in declared and not name.startswith(OF_RCLPY) and _nobodys(name, declared):
-            yield f"{unknown(name, node)}: the value given is not used"
+            yield f"not used: {unknown(name, node)}"
 
 
 def applies(pattern: str, name: str) -> bool:
