@@ -14,7 +14,8 @@ import numpy as np
 from twbr_estimation.batch import CorrectedTrack, run_filter
 from twbr_estimation.filters import filter_named
 from twbr_estimation.robot import Robot
-track = CorrectedTrack(np.arange(3), np.full((27, 3), 0.1))
+from twbr_estimation.samples import CorrectedSample
+track = CorrectedTrack(np.arange(3), np.full((len(CorrectedSample._fields), 3), 0.1))
 for name in {names}:
     entry = filter_named(name)
     print(run_filter(entry, entry.configure(), track, Robot()).tilt[-1])
