@@ -13,7 +13,8 @@ from twbr_estimation.closed_loop.trials import run_all, standings
 from twbr_estimation.configuration.presets import preset
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters import filters
-from twbr_estimation.streams.filtering import FilterConfiguration, FilterSettings, FilterStream
+from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
+from twbr_estimation.streams.filtering import FilterStream
 
 CORRECTION, TABLE2 = preset("table2", 0.005)
 # The classic form is no filter of the table: with the values of its row it diverges.

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.filters.base import filters
+from twbr_estimation.filters.base import filter_named, filters
+from twbr_estimation.pipeline.tilt_filter import TiltFilter
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
-from twbr_estimation.streams.filtering import FilterConfiguration, FilterSettings, FilterStream
+from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
+from twbr_estimation.streams.filtering import FilterStream
 
 
 def sample(angle: float, dt: float = 0.002) -> CorrectedSample:
@@ -97,3 +100,39 @@ def test_period_is_the_mean_without_gaps_since_the_last_question() -> None:
         live.step(sample(0.1, dt))
     assert live.period() == pytest.approx(0.003)
     assert live.period() == 0.0
+
+
+def test_switch_continues_the_estimate_and_loses_no_sample() -> None:
+    live = stream(filter="complementary")
+    for _ in range(50):
+        live.step(sample(0.3))
+    live.step(sample(1.0))
+    before = live.step(sample(1.0))
+    live.configure(FilterConfiguration(FilterSettings(filter="alpha_beta_wb")))
+    after = live.step(sample(1.0))
+    assert abs(after.tilt - before.tilt) < 0.01 * abs(1.0 - before.tilt)
+
+
+def test_comparison_is_undisturbed_by_switching() -> None:
+    alone = TiltFilter(filter_named("alpha_beta_wb"))
+    live = stream(filter="complementary", compare=("alpha_beta_wb",))
+    switched = FilterSettings(filter="alpha_beta_wb", compare=("alpha_beta_wb",))
+    for index, angle in enumerate(np.random.default_rng(1).normal(0.0, 0.1, 60).tolist()):
+        if index == 30:
+            live.configure(FilterConfiguration(switched))
+        live.step(sample(angle))
+        assert live.compare(sample(angle)) == {"alpha_beta_wb": alone.step(sample(angle))}
+
+
+def test_a_refused_configuration_leaves_everything_as_it_was() -> None:
+    live, twin = stream(filter="complementary"), stream(filter="complementary")
+    refused = FilterConfiguration(
+        FilterSettings(filter="gyro", compare=("kalman",)), {"kalman": {"q1": -1.0}}
+    )
+    live.step(sample(0.3))
+    twin.step(sample(0.3))
+    with pytest.raises(ConfigurationError, match=r"kalman.q1: -1.0 is outside"):
+        live.configure(refused)
+    assert live.settings.filter == "complementary"
+    assert live.step(sample(1.0)) == twin.step(sample(1.0))
+    assert live.compare(sample(1.0)) == {}

@@ -28,7 +28,8 @@ from ..streams.control.balance import (
     BalanceStream,
     Standing,
 )
-from ..streams.filtering import FilterConfiguration, FilterSettings, FilterStream
+from ..streams.filter_configuration import FilterConfiguration, FilterSettings
+from ..streams.filtering import FilterStream
 
 TRUTH = "truth"
 """The estimator that knows the tilt and its rate."""

@@ -17,7 +17,6 @@ from ..pipeline.pairing import wheel_reading
 from .correction_node import CorrectionNode
 from .encoder_node import EncoderNode
 from .filter_node import FilterNode
-from .guard import GuardedNode
 from .mpu6050_node import Mpu6050Node
 from .spin import run
 
@@ -30,7 +29,7 @@ DRIVERS = ParameterDescriptor(
 
 def compose(**options: Any) -> list[Node]:
     """Return the connected nodes, each created with these options of `rclpy.node.Node`."""
-    process = GuardedNode("estimation_node", **options)
+    process = Node("estimation_node", **options)
     drivers = process.declare_parameter("drivers", True, DRIVERS).value
     tilt = FilterNode(subscribe=False, **options)
     correction = CorrectionNode(tilt.take, subscribe=not drivers, **options)

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from ..filters.base import filters
 from ..robot import Setup
-from ..streams.filtering import FilterConfiguration, FilterSettings
+from ..streams.filter_configuration import FilterConfiguration, FilterSettings
 from .declarations import (
     declarations_of,
     declared_values_from,

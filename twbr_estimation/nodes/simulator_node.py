@@ -35,7 +35,6 @@ from ..streams.simulator.simulator import Simulator
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .encoder_node import EncoderNode
-from .guard import GuardedNode
 from .inputs import listen
 from .mpu6050_node import Mpu6050Node
 from .parameters import NodeParameters
@@ -47,7 +46,7 @@ SETTLING = 1.0
 """In lockstep: wall time between finding the graph and the first step [s]."""
 
 
-class SimulatorNode(GuardedNode):
+class SimulatorNode(Node):
     """Feeds a `Simulator` with time and commands, and publishes what it reads."""
 
     def __init__(self, **options: Any) -> None:

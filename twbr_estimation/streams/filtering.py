@@ -1,83 +1,14 @@
-"""From corrected samples to the published tilt: settings, the filters, sign and offset."""
+"""Filters on a live stream: the active one, others beside it, changed without a jump."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Annotated
+from collections.abc import Iterator
 
-from ..configuration.filter_settings import DEFAULT_FILTER, DT_TOLERANCE
-from ..errors import ConfigurationError
-from ..estimator import FilterBank
-from ..filters.base import Filter, filter_named, filters
-from ..parameters.bounds import Bounds, require_bounds
-from ..robot import Robot
+from ..configuration.filter_settings import DT_TOLERANCE
+from ..filters.base import filter_named
+from ..pipeline.tilt_filter import TiltFilter
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
-
-ALL = "all"
-"""In `compare`: every filter there is."""
-
-
-@dataclass(frozen=True, slots=True)
-class FilterSettings:
-    """What a user chooses about the published tilt.
-
-    Raises:
-        ConfigurationError: an unknown filter, or a number out of bounds.
-    """
-
-    filter: str = DEFAULT_FILTER
-    """Name of the filter whose estimate is published; can change between two samples."""
-    compare: tuple[str, ...] = ()
-    """Names of filters to run beside it on `tilt/compare`; `all` for every one."""
-    tilt_sign: Annotated[
-        float, Bounds(-1.0, 1.0, "", "1, or -1 for a controller that leans backward at plus")
-    ] = 1.0
-    tilt_offset: Annotated[
-        float,
-        Bounds(-math.pi, math.pi, "rad", "Tilt at the balance point, subtracted before the sign"),
-    ] = 0.0
-    predict: bool = False
-    """Whether `tilt` is carried forward by the rate to the instant of publication."""
-    prediction_limit: Annotated[
-        float, Bounds(0.0, 1.0, "s", "Longest time `tilt` is carried forward")
-    ] = 0.05
-    tilt_stddev: Annotated[
-        float,
-        Bounds(1e-6, math.pi, "rad", "Standard deviation published for filters that estimate none"),
-    ] = 0.03
-    valid_stddev: Annotated[
-        float,
-        Bounds(1e-6, math.pi, "rad", "Above this standard deviation the tilt is not valid"),
-    ] = 0.2
-    settings_dt: Annotated[
-        float, Bounds(0.0, 10.0, "s", "Sampling period the filters were tuned at; 0 if unknown")
-    ] = 0.0
-
-    def __post_init__(self) -> None:
-        require_bounds(self)
-        if abs(self.tilt_sign) != 1.0:
-            raise ConfigurationError(f"tilt_sign: {self.tilt_sign} is neither 1 nor -1")
-        filter_named(self.filter)
-        for name in self.compared():
-            filter_named(name)
-
-    def compared(self) -> tuple[str, ...]:
-        """Return the names of the filters to run beside, without repetition."""
-        if ALL in self.compare:
-            return tuple(filters())
-        return tuple(dict.fromkeys(name for name in self.compare if name))
-
-
-@dataclass(frozen=True, slots=True)
-class FilterConfiguration:
-    """Everything the filters of one stream are made of."""
-
-    settings: FilterSettings = field(default_factory=FilterSettings)
-    parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    """Parameter values by filter name; defaults for the others."""
-    robot: Robot = field(default_factory=Robot)
+from .filter_configuration import FilterConfiguration, FilterSettings
 
 
 class FilterStream:
@@ -87,10 +18,17 @@ class FilterStream:
         """Prepare the filters; they start at the first sample."""
         self._configuration = configuration
         self._elapsed, self._steps = 0.0, 0
-        settings = configuration.settings
-        self._bank = FilterBank(
-            settings.filter, settings.compared(), configuration.parameters, configuration.robot
-        )
+        self._sample: CorrectedSample | None = None
+        self._active = self._prepared(configuration.settings.filter)
+        self._beside = {name: self._prepared(name) for name in configuration.settings.compared()}
+
+    def _prepared(self, name: str) -> TiltFilter:
+        parameters = self._configuration.parameters.get(name)
+        return TiltFilter(filter_named(name), parameters, self._configuration.robot)
+
+    def _running(self) -> Iterator[TiltFilter]:
+        yield self._active
+        yield from self._beside.values()
 
     @property
     def settings(self) -> FilterSettings:
@@ -100,55 +38,68 @@ class FilterStream:
     @property
     def uses_wheels(self) -> bool:
         """Whether a running filter reads the wheels itself."""
-        return any(entry.uses_wheels for entry in self._running())
+        return any(running.entry.uses_wheels for running in self._running())
 
     @property
     def uses_motors(self) -> bool:
         """Whether a running filter reads the motors' voltage."""
-        return any(entry.uses_motors for entry in self._running())
-
-    def _running(self) -> Iterator[Filter]:
-        return map(filter_named, (self._bank.active, *self._bank.compare))
+        return any(running.entry.uses_motors for running in self._running())
 
     def configure(self, configuration: FilterConfiguration) -> None:
-        """Go over to another configuration; the estimate goes on without a jump.
+        """Use another configuration from the next sample on; the estimate goes on without a jump.
+
+        A filter that becomes the active one continues the estimate of the one before. One that
+        runs beside it keeps its own state, so that switching does not disturb a comparison.
 
         Raises:
             ConfigurationError: a value out of bounds; nothing changed.
         """
-        before, bank = self._configuration, self._bank
-        settings = configuration.settings
         for name, values in configuration.parameters.items():
-            if values != before.parameters.get(name):
-                bank.configure(name, values)
-        if configuration.robot != before.robot:
-            bank.use_robot(configuration.robot)
-        bank.switch(settings.filter)
-        if settings.compared() != bank.compare:
-            bank.run_beside(settings.compared())
-        self._configuration = configuration
+            filter_named(name).configure(values)
+        before, self._configuration = self._configuration, configuration
+        for running in self._running():
+            values = configuration.parameters.get(running.name, {})
+            if values != before.parameters.get(running.name, {}):
+                running.configure(values)
+            if configuration.robot != before.robot:
+                running.use_robot(configuration.robot)
+        self._switch(configuration.settings.filter)
+        self._beside = {
+            name: self._beside.get(name) or self._prepared(name)
+            for name in configuration.settings.compared()
+        }
+
+    def _switch(self, name: str) -> None:
+        if name == self._active.name:
+            return
+        successor, estimate = self._prepared(name), self._active.estimate
+        if estimate is not None and self._sample is not None:
+            successor.reset(estimate, self._sample)
+        self._active = successor
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
-        """Feed the chosen filter and return its estimate; `compare` comes after."""
+        """Feed the active filter and return its estimate; `compare` comes after."""
         if 0.0 < sample.dt <= RESTART_GAP:
             self._elapsed += sample.dt
             self._steps += 1
-        return self._bank.step_active(sample)
+        self._sample = sample
+        return self._active.step(sample)
 
     def compare(self, sample: CorrectedSample) -> dict[str, TiltEstimate]:
         """Feed the filters that run beside and return their estimates by name."""
-        self._bank.step_beside(sample)
-        return self._bank.compared()
+        return {name: running.step(sample) for name, running in self._beside.items()}
 
     def reset(self) -> None:
         """Let every filter start afresh at the next sample, without its gyro bias."""
-        self._bank.reset()
+        self._sample = None
+        for running in self._running():
+            running.forget()
 
     def published_tilt(self, estimate: TiltEstimate, age: float = 0.0) -> float:
         """Return the tilt for a controller [rad]: predicted, from the balance point, signed.
 
         Args:
-            estimate: The chosen filter's.
+            estimate: The active filter's.
             age: Time since the stamp of its sample [s]; used only where `predict` is on.
         """
         settings = self._configuration.settings
@@ -175,7 +126,7 @@ class FilterStream:
         """Return what a user should know about the settings at this sampling period [s]."""
         if dt <= 0.0:
             return ()
-        found = self._bank.warnings(dt)
+        found = self._active.entry.warnings(self._active.parameters, dt)
         tuned = self._configuration.settings.settings_dt
         if tuned > 0.0 and abs(dt - tuned) > DT_TOLERANCE * tuned:
             found += (f"the settings were tuned at dt {tuned:g} s, the samples come at {dt:.4g} s",)

@@ -1,0 +1,78 @@
+"""Settings of the published tilt and everything the filters of one stream are made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from ..configuration.filter_settings import DEFAULT_FILTER
+from ..errors import ConfigurationError
+from ..filters.base import filter_named, filters
+from ..parameters.bounds import Bounds, require_bounds
+from ..robot import Robot
+
+ALL = "all"
+"""In `compare`: every filter there is."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilterSettings:
+    """What a user chooses about the published tilt.
+
+    Raises:
+        ConfigurationError: an unknown filter, or a number out of bounds.
+    """
+
+    filter: str = DEFAULT_FILTER
+    """Name of the filter whose estimate is published; can change between two samples."""
+    compare: tuple[str, ...] = ()
+    """Names of filters to run beside it on `tilt/compare`; `all` for every one."""
+    tilt_sign: Annotated[
+        float, Bounds(-1.0, 1.0, "", "1, or -1 for a controller that leans backward at plus")
+    ] = 1.0
+    tilt_offset: Annotated[
+        float,
+        Bounds(-math.pi, math.pi, "rad", "Tilt at the balance point, subtracted before the sign"),
+    ] = 0.0
+    predict: bool = False
+    """Whether `tilt` is carried forward by the rate to the instant of publication."""
+    prediction_limit: Annotated[
+        float, Bounds(0.0, 1.0, "s", "Longest time `tilt` is carried forward")
+    ] = 0.05
+    tilt_stddev: Annotated[
+        float,
+        Bounds(1e-6, math.pi, "rad", "Standard deviation published for filters that estimate none"),
+    ] = 0.03
+    valid_stddev: Annotated[
+        float,
+        Bounds(1e-6, math.pi, "rad", "Above this standard deviation the tilt is not valid"),
+    ] = 0.2
+    settings_dt: Annotated[
+        float, Bounds(0.0, 10.0, "s", "Sampling period the filters were tuned at; 0 if unknown")
+    ] = 0.0
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+        if abs(self.tilt_sign) != 1.0:
+            raise ConfigurationError(f"tilt_sign: {self.tilt_sign} is neither 1 nor -1")
+        filter_named(self.filter)
+        for name in self.compared():
+            filter_named(name)
+
+    def compared(self) -> tuple[str, ...]:
+        """Return the names of the filters to run beside, without repetition."""
+        if ALL in self.compare:
+            return tuple(filters())
+        return tuple(dict.fromkeys(name for name in self.compare if name))
+
+
+@dataclass(frozen=True, slots=True)
+class FilterConfiguration:
+    """Everything the filters of one stream are made of."""
+
+    settings: FilterSettings = field(default_factory=FilterSettings)
+    parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Parameter values by filter name; defaults for the others."""
+    robot: Robot = field(default_factory=Robot)
