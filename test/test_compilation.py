@@ -11,14 +11,14 @@ from twbr_estimation.compilation import compiled
 
 RUN = """
 import numpy as np
-from twbr_estimation.batch import CorrectedTrack, run_filter
+from twbr_estimation.batch import CorrectedTrack
+from twbr_estimation.batch.running import run_compiled
 from twbr_estimation.filters import filter_named
 from twbr_estimation.robot import Robot
-from twbr_estimation.samples import CorrectedSample
-track = CorrectedTrack(np.arange(3), np.full((len(CorrectedSample._fields), 3), 0.1))
+track = CorrectedTrack(np.arange(3), np.full((27, 3), 0.1))
 for name in {names}:
     entry = filter_named(name)
-    print(run_filter(entry, entry.configure(), track, Robot()).tilt[-1])
+    print(run_compiled(entry, entry.configure(), track, Robot(), None).tilt[-1])
 """
 
 
@@ -44,7 +44,7 @@ def test_a_filter_that_is_gone_leaves_nothing_that_breaks_the_others(tmp_path: P
     after = run("gyro")
     assert after.returncode == 0, after.stderr
     assert after.stdout == before.stdout.splitlines(keepends=True)[1]
-    loops = {file.name.partition("-")[0] for file in package.rglob("batch.filter_kernel*.nb[ci]")}
+    loops = {file.name.partition("-")[0] for file in package.rglob("kernels.gyro.*.nb[ci]")}
     assert len(loops) == 1, "the cache keeps a version of the loop that nobody reads"
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from twbr_estimation.bags import write_recording
-from twbr_estimation.evaluate import Request, evaluate
+from twbr_estimation.drives import load
 from twbr_estimation.scoring.errors import as_json
 from twbr_estimation.simulation import simulate, world_named
 
@@ -44,7 +44,7 @@ def figures(command: list[str], target: Path) -> tuple[str, dict[str, Any]]:
 
 
 def offline(bag: Path) -> dict[str, Any]:
-    document: Any = as_json([evaluate(bag, Request(preset="table2"))])
+    document: Any = as_json([load(bag, preset="table2").run().scores()])
     return dict(document["recordings"][0]["estimators"])
 
 

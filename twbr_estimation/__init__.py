@@ -1,3 +1,98 @@
-"""Tilt estimation for two-wheeled balancing robots."""
+"""Tilt estimation for two-wheeled balancing robots.
+
+What `__all__` names is the stable surface: it follows semantic versioning. Everything else may
+change with any version. Names are loaded when they are first used, so that importing the
+package costs nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .configuration.files import read_settings as read_settings
+    from .configuration.files import read_setup as read_setup
+    from .configuration.filter_settings import Settings as Settings
+    from .drives.drive import Drive as Drive
+    from .drives.loading import load as load
+    from .drives.runs import Runs as Runs
+    from .drives.simulated import simulate as simulate
+    from .errors import TwbrError as TwbrError
+    from .filters.base import Filter as Filter
+    from .filters.base import filters as filters
+    from .parameters.bounds import Bounds as Bounds
+    from .pipeline.estimator import Estimator as Estimator
+    from .recording import Recording as Recording
+    from .robot import Calibration as Calibration
+    from .robot import CorrectionSettings as CorrectionSettings
+    from .robot import Robot as Robot
+    from .robot import Setup as Setup
+    from .samples import CorrectedSample as CorrectedSample
+    from .samples import TiltEstimate as TiltEstimate
+    from .scoring.errors import Options as Options
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "Bounds",
+    "Calibration",
+    "CorrectedSample",
+    "CorrectionSettings",
+    "Drive",
+    "Estimator",
+    "Filter",
+    "Options",
+    "Recording",
+    "Robot",
+    "Runs",
+    "Settings",
+    "Setup",
+    "TiltEstimate",
+    "TwbrError",
+    "__version__",
+    "filters",
+    "load",
+    "read_settings",
+    "read_setup",
+    "simulate",
+]
+
+_HOMES = {
+    "Bounds": "parameters.bounds",
+    "Calibration": "robot",
+    "CorrectedSample": "samples",
+    "CorrectionSettings": "robot",
+    "Drive": "drives.drive",
+    "Estimator": "pipeline.estimator",
+    "Filter": "filters.base",
+    "Options": "scoring.errors",
+    "Recording": "recording",
+    "Robot": "robot",
+    "Runs": "drives.runs",
+    "Settings": "configuration.filter_settings",
+    "Setup": "robot",
+    "TiltEstimate": "samples",
+    "TwbrError": "errors",
+    "filters": "filters",
+    "load": "drives.loading",
+    "read_settings": "configuration.files",
+    "read_setup": "configuration.files",
+    "simulate": "drives.simulated",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module (PEP 562)."""
+    from importlib import import_module
+
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = import_module(f"{__name__}.{_HOMES[name]}")
+    value = home if name == "filters" else getattr(home, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names, for completion."""
+    return sorted({*globals(), *__all__})

@@ -65,5 +65,5 @@ def test_a_joint_without_positions_is_told_from_one_that_is_absent(tmp_path: Pat
 
 @pytest.mark.parametrize("joints", [("a", "b", "c"), ("a", "a"), ("",), ()])
 def test_wheel_joints_are_one_or_two_names(joints: tuple[str, ...]) -> None:
-    with pytest.raises(ConfigurationError, match="--wheel-joints"):
+    with pytest.raises(ConfigurationError, match=r"topics\.wheel_joints"):
         TopicNames(wheel_joints=joints)

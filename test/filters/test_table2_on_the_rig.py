@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from twbr_estimation import batch
 from twbr_estimation.configuration.presets import preset
-from twbr_estimation.recording import TiltTrack
-from twbr_estimation.scoring.errors import mean_over, score_recording
+from twbr_estimation.drives import Drive
+from twbr_estimation.scoring.errors import mean_over
 from twbr_estimation.simulation.simulate import simulate
 
 SEEDS = range(1, 9)
@@ -34,9 +33,8 @@ def test_printed_gains_give_errors_like_the_printed_ones(dt: float) -> None:
     for seed in SEEDS:
         simulated = simulate("paper", dt, 60.0, seed)
         setup = replace(simulated.setup, correction=correction)
-        runs = batch.estimate_recording(simulated.recording, setup, settings.values)
-        tracks = {name: TiltTrack(run.stamps, run.tilt) for name, run in runs.items()}
-        scores.append(score_recording(simulated.recording, tracks))
+        drive = Drive(simulated.recording, setup, settings)
+        scores.append(drive.run(*settings.values).scores())
     mse = {name: figures["mse_deg2"] for name, figures in mean_over(scores).items()}
     for name in ON_A_PAR:
         assert 0.7 < mse[name] < 3.0, f"{name}: {mse[name]} deg^2; Table 2 prints 0.7 to 6.2"

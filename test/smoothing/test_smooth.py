@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.drives import Drive
 from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.filters import filter_named
 from twbr_estimation.filters.inertial.error_growth import propagated
@@ -20,7 +21,7 @@ from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.simulate import Simulated
-from twbr_estimation.smoothing import SMOOTHER, smooth, smooth_recording
+from twbr_estimation.smoothing import SMOOTHER, smooth
 from twbr_estimation.smoothing.forward import transition_of
 
 SQUARE_DEGREES = np.degrees(1.0) ** 2
@@ -91,7 +92,7 @@ def test_gaps_and_late_or_missing_wheels_are_survived(rigs):
         (replace(each.recording, wheels=late), 1.0),
         (replace(each.recording, wheels=None), 8.0),
     ):
-        found = smooth_recording(recording, each.setup)
+        found = Drive(recording, each.setup).smoothed()
         truth = np.interp(found.stamps, each.recording.truth.stamps, each.recording.truth.tilt)
         assert np.all(np.isfinite(found.tilt))
         assert np.all(found.variance > 0.0)
@@ -111,7 +112,7 @@ def test_a_single_sample_is_refused(rigs):
     imu = rigs[0].recording.imu
     short = replace(imu, stamps=imu.stamps[:1], gyro=imu.gyro[:1], accel=imu.accel[:1])
     with pytest.raises(RecordingError, match="fewer than two samples"):
-        smooth_recording(replace(rigs[0].recording, imu=short, wheels=None), rigs[0].setup)
+        Drive(replace(rigs[0].recording, imu=short, wheels=None), rigs[0].setup).smoothed()
 
 
 def test_transition_is_that_of_the_covariance():

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from twbr_estimation.batch import correct
+from twbr_estimation.batch.running import correct_compiled
 from twbr_estimation.pipeline.pairing import WheelReading, motor_command, pair
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import RESTART_GAP, CorrectedSample, is_saturated
@@ -51,7 +51,7 @@ def feed(stream: Any, readings: Any) -> Stamped:
 def test_live_equals_batch(driven: Any) -> None:
     stream = CorrectionStream(SETUP)
     live = feed(stream, events(driven)) + stream.flush()
-    offline = correct(pair(driven.imu, driven.wheels), SETUP)
+    offline = correct_compiled(pair(driven.imu, driven.wheels), SETUP)
     assert [stamp for stamp, _ in live] == driven.imu.stamps.tolist()
     columns = np.array([sample for _, sample in live]).T
     np.testing.assert_allclose(columns, offline.columns, rtol=1e-12, atol=1e-12)

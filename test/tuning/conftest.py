@@ -9,7 +9,7 @@ from twbr_estimation.tuning.objective import TuningSet, prepare
 
 def simulated_set(seed: int, duration: float = 20.0) -> TuningSet:
     made = simulate("paper", 0.01, duration, seed)
-    return prepare(made.recording, made.setup)
+    return prepare(made.drive)
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbr_estimation.drives import Drive
 from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.robot import CorrectionSettings
 from twbr_estimation.simulation import simulate
@@ -56,7 +57,7 @@ def test_other_objectives_are_refused(text: str) -> None:
 def test_a_recording_without_reference_is_refused() -> None:
     made = simulate("ideal", 0.01, 1.0, 1)
     with pytest.raises(RecordingError, match="no reference to tune against"):
-        prepare(replace(made.recording, reference=None), made.setup)
+        prepare(Drive(replace(made.recording, reference=None), made.setup))
 
 
 def test_the_slope_of_the_reference_is_the_true_rate_despite_its_counts(task: TuningTask) -> None:

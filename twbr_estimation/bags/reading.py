@@ -37,7 +37,6 @@ from .topics import (
     FLOAT64_ARRAY,
     IMU,
     JOINT_STATE,
-    ROLES,
     TEMPERATURE,
     TopicNames,
     absolute,
@@ -159,8 +158,8 @@ class _Reader:
     def _estimator(self, name: str) -> TiltTrack:
         request = self.estimators[name]
         if request not in self.contents.columns:
-            raise self._missing(f"--estimator {name}=TOPIC", request.topic)
-        columns = self._with_joint(request, "--estimator NAME=TOPIC:JOINT")
+            raise self._missing(f"`estimators`: {name}", request.topic)
+        columns = self._with_joint(request, f"`estimators`: {name}")
         published, described = self._tilt_track(request, columns), self.described[name]
         rate = None if published.rate is None else described.factor * published.rate
         return TiltTrack(published.stamps, described.tilt(published.tilt), rate)
@@ -222,12 +221,12 @@ class _Reader:
         if request is None or request not in self.contents.columns:
             topic = getattr(self.names, role)
             if role in self.required or not (topic == "" or self.names.is_default(role)):
-                raise self._missing(ROLES[role], topic)
+                raise self._missing(f"`topics.{role}`", topic)
             return None
-        flag = "--wheel-joints" if role == "joint_states" else "--reference-joint"
-        return self._with_joint(request, flag)
+        joint = "wheel_joints" if role == "joint_states" else "reference_joint"
+        return self._with_joint(request, f"`topics.{joint}`")
 
-    def _with_joint(self, request: Request, flag: str) -> Columns:
+    def _with_joint(self, request: Request, argument: str) -> Columns:
         columns = self.contents.columns[request]
         if request.joints and columns.names and not columns.stamps.size:
             if silent := [joint for joint in request.joints if joint in columns.names]:
@@ -237,17 +236,17 @@ class _Reader:
                 )
             raise RecordingError(
                 f"{self.path}: {request.topic} has no joint {' or '.join(request.joints)}; it has "
-                f"{', '.join(sorted(columns.names))} (name the right one with {flag})"
+                f"{', '.join(sorted(columns.names))} (name the right one with {argument})"
             )
         return columns
 
-    def _missing(self, flag: str, topic: str) -> RecordingError:
+    def _missing(self, argument: str, topic: str) -> RecordingError:
         types = self.contents.types
         if topic in types:
             return RecordingError(f"{self.path}: {topic} holds no messages")
         there = "".join(f"\n  {name} [{kind}]" for name, kind in sorted(types.items()))
         return RecordingError(
-            f"{self.path}: there is no topic {topic!r} (name the right one with {flag}); "
+            f"{self.path}: there is no topic {topic!r} (name the right one with {argument}); "
             + (f"there are:{there}" if there else "there are no topics at all")
         )
 

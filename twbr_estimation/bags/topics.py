@@ -45,7 +45,7 @@ class TopicNames:
         if len(joints) not in (1, 2) or len(set(joints)) < len(joints) or "" in joints:
             raise ConfigurationError(
                 f"wheel joints {','.join(joints)!r}: one name, or two as left,right, "
-                "are needed (--wheel-joints)"
+                "are needed (`topics.wheel_joints`)"
             )
 
     def is_default(self, role: str) -> bool:
@@ -53,15 +53,8 @@ class TopicNames:
         return bool(getattr(self, role) == _DEFAULTS[role])
 
 
-ROLES: dict[str, str] = {
-    "imu": "--imu-topic",
-    "joint_states": "--joint-states-topic",
-    "reference": "--reference-topic",
-    "truth": "--truth-topic",
-    "temperature": "--temperature-topic",
-    "motors": "--motors-topic",
-}
-"""Topic fields of `TopicNames` with the command line flag that sets each."""
+ROLES = ("imu", "joint_states", "reference", "truth", "temperature", "motors")
+"""Fields of `TopicNames` that are topics."""
 
 _DEFAULTS = {field.name: field.default for field in fields(TopicNames)}
 

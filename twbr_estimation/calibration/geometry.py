@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ..drives import Drive
 from ..recording import Recording
 from ..robot import EncoderPlacement, Setup
 from .gyro_scale import GyroFit, fit_gyro
@@ -77,7 +78,7 @@ def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> Geometr
     Raises:
         RecordingError: no reference, or too short.
     """
-    drives = [signals_of(recording, setup) for recording in recordings]
+    drives = [signals_of(Drive(recording, setup)) for recording in recordings]
     gyro, wide = fit_gyro(drives, WIDTH), fit_gyro(drives, WIDER)
     found = _gyro_estimates(gyro, wide, setup)
     wheeled = [drive for drive in drives if drive.wheel is not None]

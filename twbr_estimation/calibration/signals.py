@@ -8,16 +8,14 @@ no time constant enters the estimates.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import batch
+from ..drives import Drive
 from ..errors import RecordingError
-from ..pipeline.pairing import pair
 from ..recording import FloatArray, Recording, StampArray, TiltTrack, WheelTrack
-from ..robot import Setup
 
 LONGEST_GAP = 0.05
 """Longest time between readings that is bridged [s]."""
@@ -84,18 +82,16 @@ class Signals:
         return np.asarray(chosen[chosen % every == 0], dtype=np.int64)
 
 
-def signals_of(recording: Recording, setup: Setup) -> Signals:
-    """Return a recording's signals, calibrated and turned into body axes by `setup`.
+def signals_of(drive: Drive) -> Signals:
+    """Return a recording's signals, calibrated and turned into body axes.
 
     Raises:
         RecordingError: no reference, or too short.
     """
+    recording, wheels = drive.recording, drive.recording.wheels
     start = int(recording.imu.stamps[0])
     reference = _required_reference(recording)
-    wheels = recording.wheels
-    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False, yaw=False)
-    samples = pair(recording.imu, wheels)
-    corrected = batch.correct(samples, replace(setup, correction=still))
+    corrected = drive.with_terms().corrected_samples
     stamps = _seconds(recording.imu.stamps, start)
     time = np.arange(0.0, stamps[-1], recording.dt)
     rate, forward, up = (

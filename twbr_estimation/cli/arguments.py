@@ -4,16 +4,43 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..bags import TopicNames
 from ..bags.topics import ROLES
 from ..configuration.of_recording import TERMS
+from ..drives import Runs, load
+from ..drives.drive import chosen
+from ..drives.loading import require_period
 from ..errors import ConfigurationError
-from ..evaluate import Request
-from ..samples import RESTART_GAP
 from ..scoring.errors import Options
 from ..scoring.estimator_topics import FORM
+from ..smoothing import Progress
+
+FLAGS = {
+    "names": "--filter",
+    "values": "--set",
+    "estimators": "--estimator",
+    "config": "--config",
+    "preset": "--preset",
+    "terms": "--terms",
+    "loop_period": "--loop-period",
+    "overwrite": "--overwrite",
+    "columns": "--columns",
+    "axis": "--axis",
+    **{f"topics.{role}": f"--{role.replace('_', '-')}-topic" for role in ROLES},
+    "topics.wheel_joints": "--wheel-joints",
+    "topics.reference_joint": "--reference-joint",
+}
+"""The flag that sets each argument of the library; its errors name arguments in backticks."""
+
+
+def in_flags(message: str) -> str:
+    """Return an error message of the library with the flags in place of its arguments."""
+    return re.sub(r"`([\w.]+)`", lambda found: FLAGS.get(found[1], found[0]), message)
 
 
 def add_recordings(parser: argparse.ArgumentParser, count: int | str = "+") -> None:
@@ -21,10 +48,14 @@ def add_recordings(parser: argparse.ArgumentParser, count: int | str = "+") -> N
     parser.add_argument("bags", nargs=count, type=Path, metavar="BAG", help="recordings")
     group = parser.add_argument_group("names in the recordings")
     defaults = TopicNames()
-    for role, flag in ROLES.items():
+    for role in ROLES:
         default = getattr(defaults, role)
         group.add_argument(
-            flag, dest=role, metavar="TOPIC", default=default, help=f"default: {default}"
+            FLAGS[f"topics.{role}"],
+            dest=role,
+            metavar="TOPIC",
+            default=default,
+            help=f"default: {default}",
         )
     group.add_argument(
         "--wheel-joints",
@@ -125,24 +156,60 @@ def request_of(arguments: argparse.Namespace) -> Request:
         for name in terms:
             if name not in TERMS:
                 raise ConfigurationError(f"--terms {name}: there are {', '.join(TERMS)}, none")
+    require_period(arguments.loop_period)
     return Request(
-        names=tuple(arguments.filter),
+        names=tuple(entry.name for entry in chosen(arguments.filter)),
+        values=parameter_values(arguments.set),
         preset=arguments.preset,
         config=arguments.config,
-        values=parameter_values(arguments.set),
         terms=terms,
         topics=topic_names(arguments),
         estimators=named_topics(arguments.estimator),
         options=comparison(arguments),
-        loop_period=_loop_period(arguments.loop_period),
+        loop_period=arguments.loop_period,
         smooth=arguments.smooth,
     )
 
 
-def _loop_period(period: float) -> float:
-    if not 0.0 <= period <= RESTART_GAP:
-        raise ConfigurationError(f"--loop-period: {period:g} s is not within 0 to {RESTART_GAP:g}")
-    return period
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a command line asks of each recording."""
+
+    names: tuple[str, ...]
+    """Filters to run."""
+    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    preset: str | None = None
+    config: Path | None = None
+    terms: tuple[str, ...] | None = None
+    topics: TopicNames = field(default_factory=TopicNames)
+    estimators: Mapping[str, str] = field(default_factory=dict)
+    options: Options = field(default_factory=Options)
+    loop_period: float = 0.0
+    smooth: bool = False
+
+    def runs(self, bag: Path, reference: bool, progress: Progress = lambda share: None) -> Runs:
+        """Run the filters on one recording.
+
+        Args:
+            bag: the recording.
+            reference: whether it must have a reference, or be smoothed.
+            progress: called with the share of the smoothing that is done.
+
+        Raises:
+            TwbrError: the recording or the configuration cannot be used.
+        """
+        drive = load(
+            bag,
+            config=self.config,
+            preset=self.preset,
+            terms=self.terms,
+            loop_period=self.loop_period,
+            topics=self.topics,
+            estimators=self.estimators,
+            options=self.options,
+            required=("reference",) if reference and not self.smooth else (),
+        )
+        return drive.run(*self.names, values=self.values, smooth=self.smooth, progress=progress)
 
 
 def add_comparison(parser: argparse.ArgumentParser) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
+from ..drives import Runs
+from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
-from ..evaluate import Request, Run, save_with_reference
-from ..evaluate import run as run_on
+from ..scoring.errors import RecordingScore
 from ..scoring.table import print_scores, write_scores
-from .arguments import add_request, request_of
+from .arguments import Request, add_request, in_flags, request_of
 
 
 def add_parser(subparsers: Any) -> None:
@@ -42,16 +44,21 @@ def run(arguments: argparse.Namespace) -> int:
     request = request_of(arguments)
     target = _target(arguments)
     runs = _evaluated(arguments.bags, request)
-    scores = [each.score for each in runs if each.score is not None]
+    scores = [_in_flags(each.score) for each in runs if each.score is not None]
     quiet = arguments.json == "-"
     console = Console(stderr=quiet)
     print_scores(console, scores)
     if arguments.json is not None:
         write_scores(arguments.json, scores)
     if target is not None:
-        save_with_reference(target, arguments.bags[0], runs[0])
+        save_with_reference(target, runs[0], arguments.bags[0])
         console.print(f"wrote {escape(str(target))}", soft_wrap=True)
     return 0
+
+
+def _in_flags(score: RecordingScore) -> RecordingScore:
+    """Return the score with warnings that name flags."""
+    return replace(score, warnings=[in_flags(warning) for warning in score.warnings])
 
 
 def _target(arguments: argparse.Namespace) -> Path | None:
@@ -66,7 +73,7 @@ def _target(arguments: argparse.Namespace) -> Path | None:
     return target
 
 
-def _evaluated(bags: Sequence[Path], request: Request) -> list[Run]:
+def _evaluated(bags: Sequence[Path], request: Request) -> list[Runs]:
     runs = []
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("evaluating", total=len(bags))
@@ -78,6 +85,6 @@ def _evaluated(bags: Sequence[Path], request: Request) -> list[Run]:
             def smoothed(share: float, done: int = count) -> None:
                 progress.update(task, completed=done + share)
 
-            runs.append(run_on(bag, request, progress=smoothed))
+            runs.append(request.runs(bag, reference=True, progress=smoothed))
             progress.update(task, completed=count + 1)
     return runs

@@ -53,7 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = int(chosen.run(chosen))
         sys.stdout.flush()
     except TwbrError as error:
-        print(f"twbr: error: {error}", file=sys.stderr)
+        from .arguments import in_flags
+
+        print(f"twbr: error: {in_flags(str(error))}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED

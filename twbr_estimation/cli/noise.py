@@ -14,8 +14,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from ..bags import read_recording
-from ..configuration.of_recording import configuration
+from ..drives import load
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, Noise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
@@ -75,9 +74,14 @@ def _analysed(arguments: argparse.Namespace, window: float | None) -> list[Noise
         task = progress.add_task("analysing", total=len(arguments.bags))
         for bag in arguments.bags:
             progress.update(task, description=f"analysing {escape(str(bag))}")
-            recording = read_recording(bag, names)
-            setup, _ = configuration(bag, recording.dt, arguments.config, arguments.preset)
-            found.append(analyse(recording, setup, window, options))
+            drive = load(
+                bag,
+                config=arguments.config,
+                preset=arguments.preset,
+                topics=names,
+                options=options,
+            )
+            found.append(analyse(drive, window))
             progress.advance(task)
     return found
 

@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         reports = []
         for bag in arguments.bags:
             progress.update(task, description=f"running {escape(str(bag))}")
-            reports.append(collect(bag, request))
+            reports.append(collect(request.runs(bag, reference=False)))
             progress.advance(task)
         progress.update(task, description="rendering the page")
         text = render(reports, shlex.join(["twbr", *sys.argv[1:]]), request.options)
@@ -61,8 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
         _write(page, text)
         for report, picture in zip(reports, pictures, strict=True):
             progress.update(task, description=f"drawing {escape(str(picture))}")
-            traces = traces_of(report, styles_of(reports), request.options)
-            tilt_picture(traces, report.run.recording.source, picture)
+            traces = traces_of(report, styles_of(reports))
+            tilt_picture(traces, report.runs.recording.source, picture)
             progress.advance(task)
     for path in (page, *pictures):
         size = path.stat().st_size / 1e6

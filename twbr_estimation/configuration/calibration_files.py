@@ -50,7 +50,7 @@ def save(
     existing = [path for path in targets.values() if path.exists()]
     if existing and not replace:
         raise ConfigurationError(
-            f"{', '.join(map(str, existing))}: exists already; --overwrite lets it be replaced"
+            f"{', '.join(map(str, existing))}: exists already; `overwrite` lets it be replaced"
         )
     known = {name: _provenance(start, folder, name) for name in sections}
     said = []

@@ -58,7 +58,7 @@ def load(path: Path, options: Options) -> ImportedLog:
         RecordingError: not such a file, or another axis than x and y.
     """
     if options.axis not in BODY_AXES:
-        raise RecordingError(f"--axis {options.axis}: there are x and y")
+        raise RecordingError(f"`axis`: {options.axis}: there are x and y")
     data = matlab_variables(path, _NAMES)
     axes = BODY_AXES[options.axis]
     moving = data["movement"] > 0.5

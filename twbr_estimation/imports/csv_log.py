@@ -40,7 +40,7 @@ def load(path: Path, options: Options) -> ImportedLog:
         RecordingError: no description, a column that is missing, or nothing usable.
     """
     if options.description is None:
-        raise RecordingError(f"{path}: say with --columns what its columns are")
+        raise RecordingError(f"{path}: say with `columns` what its columns are")
     description = read_description(options.description)
     table = _Table(path, description)
     repairs: Counter[str] = Counter()

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .. import batch
+from ..drives import Drive
 from ..errors import RecordingError
-from ..pipeline.pairing import pair
 from ..recording import FloatArray, ImuTrack, Recording
-from ..robot import Calibration, Setup
-from ..scoring.errors import Association, Options, errors_of
+from ..scoring.errors import errors_of
 from .allan import AllanCurve, allan_curve
 from .rest import Drift, drift, longest_rest
 from .spectra import AngleNoise, Spectrum, angle_noise, band_of, spectrum
@@ -72,45 +70,36 @@ class Noise:
     """What was assumed, and what could not be told."""
 
 
-def analyse(
-    recording: Recording,
-    setup: Setup,
-    window: float | None = None,
-    options: Options | None = None,
-) -> Noise:
+def analyse(drive: Drive, window: float | None = None) -> Noise:
     """Return the noise of a recording.
 
     Args:
-        recording: IMU, and a reference or a stretch at rest, or both.
-        setup: for the corrected angle.
+        drive: IMU, and a reference or a stretch at rest, or both.
         window: for the drift of the bias [s]; by default a twentieth of the rest.
-        options: how the reference is meant.
 
     Raises:
         RecordingError: there is neither a reference nor enough rest.
     """
     notes: list[str] = []
-    motion = _motion(recording, setup, options or Options(), notes)
+    recording, motion = drive.recording, _motion(drive, notes)
     rest = _rest(recording, window, notes)
     if motion is None and rest is None:
         raise RecordingError(f"{recording.source}: nothing to analyse: {'; '.join(notes)}")
     return Noise(recording.source, motion, rest, tuple(dict.fromkeys(notes)))
 
 
-def motion_of(recording: Recording, setup: Setup, options: Options) -> Motion:
+def motion_of(drive: Drive) -> Motion:
     """Return the spectra of the angle's error.
 
     Raises:
         RecordingError: no reference, or no stretch of it that is long enough.
     """
-    if recording.reference is None:
+    association, stamps = drive.association, drive.recording.imu.stamps
+    if association is None:
         raise RecordingError("no reference, so no error of the angle")
-    association = Association(recording.reference, options)
-    first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
-    samples = pair(recording.imu, recording.wheels)
-    corrected = batch.correct(samples, setup).field("angle")
-    raw = batch.correct(samples, uncorrected(setup)).field("angle")
-    stamps = recording.imu.stamps
+    first = int(stamps[0]) + round(drive.options.skip * 1e9)
+    corrected = drive.corrected_samples.field("angle")
+    raw = drive.uncorrected.corrected_samples.field("angle")
     error, known, _ = errors_of(stamps, corrected, association, first)
     raw_error, _, _ = errors_of(stamps, raw, association, first)
     stretch = uniform_stretch(stamps[known], "samples with a reference", SHORTEST_MOTION)
@@ -127,17 +116,9 @@ def motion_of(recording: Recording, setup: Setup, options: Options) -> Motion:
     )
 
 
-def uncorrected(setup: Setup) -> Setup:
-    """Return a setup whose angle is plainly that of the readings."""
-    still = replace(setup.correction, euler=False, centrifugal=False, wheel=False, yaw=False)
-    return Setup(setup.robot, Calibration(), still)
-
-
-def _motion(
-    recording: Recording, setup: Setup, options: Options, notes: list[str]
-) -> Motion | None:
+def _motion(drive: Drive, notes: list[str]) -> Motion | None:
     try:
-        motion = motion_of(recording, setup, options)
+        motion = motion_of(drive)
     except RecordingError as error:
         notes.append(str(error))
         return None

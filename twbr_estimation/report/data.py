@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
-from .. import batch
-from ..configuration.of_recording import TERMS, with_terms
+from ..batch import run_filter
+from ..configuration.of_recording import TERMS
+from ..drives import Drive, Runs
 from ..errors import RecordingError
-from ..evaluate import Request, Run, run
 from ..filters import filter_named
-from ..noise.analysis import Motion, motion_of, uncorrected
-from ..pipeline.pairing import SampleTrack, pair
+from ..noise.analysis import Motion, motion_of
 from ..recording import TiltTrack
-from ..robot import Setup
-from ..scoring.errors import Options, score_recording
+from ..scoring.errors import mean_square_error
 from .quality import Quality, quality_of
 
 RAW = "raw angle"
@@ -30,14 +27,14 @@ class TermEffect:
     angle_mse_deg2: float
     """Of the corrected angle itself, Laddach 2022 (13)."""
     filter_mse_deg2: float
-    """Of the filter that speaks."""
+    """Of the active filter."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordingReport:
     """One recording's part of a report."""
 
-    run: Run
+    runs: Runs
     raw: TiltTrack
     quality: Quality
     motion: Motion | None
@@ -50,68 +47,66 @@ class RecordingReport:
     @property
     def ranked(self) -> tuple[str, ...]:
         """Names of the estimators, the best first; without a reference as they were run."""
-        score = self.run.score
+        score = self.runs.score
         if score is None:
-            return tuple(self.run.tracks)
+            return tuple(self.runs.tracks)
         return tuple(sorted(score.estimators, key=lambda name: score.estimators[name].mse_deg2))
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Names of the estimators that a plot shows unasked: the best, and who speaks."""
-        ours = [name for name in self.ranked if name in self.run.values]
-        best = ours[:1] if self.run.score is not None else []
-        wanted = [*best, self.run.settings.filter, *self.run.recording.estimators]
-        return tuple(dict.fromkeys(name for name in wanted if name in self.run.tracks))
+        """Names of the estimators that a plot shows unasked: the best, and the active filter."""
+        ours = [name for name in self.ranked if name in self.runs.parameters]
+        best = ours[:1] if self.runs.score is not None else []
+        wanted = [*best, self.runs.drive.settings.filter, *self.runs.recording.estimators]
+        return tuple(dict.fromkeys(name for name in wanted if name in self.runs.tracks))
 
 
-def collect(path: Path, request: Request) -> RecordingReport:
-    """Run and analyse one recording.
+def collect(runs: Runs) -> RecordingReport:
+    """Analyse one recording and what was run on it.
 
     Raises:
         TwbrError: the recording or the configuration cannot be used.
     """
-    done = run(path, request, reference=False)
-    samples = pair(done.recording.imu, done.recording.wheels, motors=done.recording.motors)
+    raw = runs.drive.uncorrected.corrected_samples
     return RecordingReport(
-        done,
-        _angle(samples, uncorrected(done.setup)),
-        quality_of(done),
-        *_motion(done, request.options),
-        tuple(_effects(done, samples, request.options)),
+        runs,
+        TiltTrack(raw.stamps, raw.field("angle")),
+        quality_of(runs),
+        *_motion(runs.compared),
+        tuple(_effects(runs)),
     )
 
 
-def _motion(done: Run, options: Options) -> tuple[Motion | None, str]:
+def _motion(drive: Drive) -> tuple[Motion | None, str]:
     try:
-        return motion_of(done.recording, done.setup, options), ""
+        return motion_of(drive), ""
     except RecordingError as error:
         return None, str(error)
 
 
-def _angle(samples: SampleTrack, setup: Setup) -> TiltTrack:
-    return TiltTrack(samples.stamps, batch.correct(samples, setup).field("angle"))
-
-
-def _stages(setup: Setup) -> Iterator[tuple[str, Setup]]:
+def _stages(drive: Drive) -> Iterator[tuple[str, Drive]]:
     """Yield the correction's stages: nothing, calibration, each motion term alone, all."""
-    yield "readings as they are", uncorrected(setup)
-    yield "calibration", with_terms(setup, ())
+    yield "readings as they are", drive.uncorrected
+    yield "calibration", drive.with_terms()
     for term in TERMS:
-        yield f"calibration, {term}", with_terms(setup, (term,))
-    yield "calibration, all terms", with_terms(setup, TERMS)
+        yield f"calibration, {term}", drive.with_terms(term)
+    yield "calibration, all terms", drive.with_terms(*TERMS)
 
 
-def _effects(done: Run, samples: SampleTrack, options: Options) -> Iterator[TermEffect]:
-    if done.recording.reference is None:
+def _effects(runs: Runs) -> Iterator[TermEffect]:
+    drive = runs.compared
+    if drive.association is None:
         return
-    entry = filter_named(done.settings.filter)
-    parameters = entry.configure(done.values.get(entry.name, done.settings.values.get(entry.name)))
-    for name, setup in _stages(done.setup):
-        corrected = batch.correct(samples, setup)
-        estimate = batch.run_filter(entry, parameters, corrected, setup.robot)
-        tracks = {
-            "angle": TiltTrack(corrected.stamps, corrected.field("angle")),
-            "filter": TiltTrack(estimate.stamps, estimate.tilt),
-        }
-        scores = score_recording(replace(done.recording, repairs={}), tracks, options).estimators
-        yield TermEffect(name, scores["angle"].mse_deg2, scores["filter"].mse_deg2)
+    entry = filter_named(drive.settings.filter)
+    parameters = entry.configure(
+        runs.parameters.get(entry.name, drive.settings.values.get(entry.name))
+    )
+    start = int(drive.recording.imu.stamps[0]) + round(drive.options.skip * 1e9)
+    for name, stage in _stages(drive):
+        corrected = stage.corrected_samples
+        estimate = run_filter(entry, parameters, corrected, stage.setup.robot)
+        errors = (
+            mean_square_error(corrected.stamps, tilt, drive.association, start)
+            for tilt in (corrected.field("angle"), estimate.tilt)
+        )
+        yield TermEffect(name, *errors)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..drives import Runs
 from ..errors import ConfigurationError
-from ..evaluate import Run
 from ..filters import filter_named
 from ..scoring.errors import Options, mean_over
 from .data import RAW, RecordingReport
@@ -70,7 +70,7 @@ def render(reports: Sequence[RecordingReport], command: str, options: Options) -
     points = max(FEWEST_POINTS, POINTS // len(reports))
     styles = styles_of(reports)
     sections = [
-        _section(report, f"r{index}", traces_of(report, styles, options), points)
+        _section(report, f"r{index}", traces_of(report, styles), points)
         for index, report in enumerate(reports)
     ]
     plots = {
@@ -119,24 +119,24 @@ def _section(
         plots["spectrum"] = spectrum_plot(report.motion, traces, identifier)
     return {
         "id": identifier,
-        "source": report.run.recording.source,
+        "source": report.runs.recording.source,
         "facts": dict(_facts(report)),
         "quality": report.quality,
-        "repairs": report.run.recording.repairs,
-        "warnings": report.run.warnings,
+        "repairs": report.runs.recording.repairs,
+        "warnings": report.runs.warnings,
         "rows": _rows(report, traces),
-        "scored": report.run.score is not None,
+        "scored": report.runs.score is not None,
         "plots": plots,
         "motion": report.motion,
         "no_motion": report.no_motion,
         "effects": report.effects,
-        "speaking": report.run.settings.filter,
-        "settings": _settings(report.run),
+        "speaking": report.runs.drive.settings.filter,
+        "settings": _settings(report.runs),
     }
 
 
 def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
-    recording = report.run.recording
+    recording = report.runs.recording
     yield "duration", f"{recording.duration:.1f} s"
     first = int(recording.imu.stamps[0])
     if first > _YEAR_2000:  # simulated time starts at 0
@@ -157,7 +157,7 @@ def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
 def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[Row]:
     """Return reference and estimators, the best first, then the raw angle."""
     by_name = {trace.name: trace for trace in traces}
-    score = report.run.score
+    score = report.runs.score
     rows = []
     for name in (REFERENCE, *report.ranked, RAW):
         if name not in by_name:
@@ -174,7 +174,7 @@ def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[Row]:
 
 def _mean_rows(reports: Sequence[RecordingReport]) -> list[tuple[str, tuple[str, ...]]]:
     """Return the mean over several recordings, the best first; nothing for a single one."""
-    scores = [report.run.score for report in reports if report.run.score is not None]
+    scores = [report.runs.score for report in reports if report.runs.score is not None]
     if len(reports) < 2 or len(scores) < len(reports):
         return []
     means = sorted(mean_over(scores).items(), key=lambda item: item[1]["mse_deg2"])
@@ -195,14 +195,14 @@ def _comparison(options: Options) -> str:
     return "; ".join(parts)
 
 
-def _settings(done: Run) -> Mapping[str, Mapping[str, str]]:
+def _settings(done: Runs) -> Mapping[str, Mapping[str, str]]:
     """Return every setting in force by section."""
     found = {
-        "robot": asdict(done.setup.robot),
-        "calibration": asdict(done.setup.calibration),
-        "correction": asdict(done.setup.correction),
+        "robot": asdict(done.drive.setup.robot),
+        "calibration": asdict(done.drive.setup.calibration),
+        "correction": asdict(done.drive.setup.correction),
     }
-    for name, values in done.values.items():
+    for name, values in done.parameters.items():
         found[f"filter {name}"] = filter_named(name).configure(values)._asdict()
     return {
         section: {key: _shown(value) for key, value in values.items()}

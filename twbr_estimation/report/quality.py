@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bags.cleaning import GAP_PERIODS
-from ..evaluate import Run, saturated_share
+from ..drives import Runs
+from ..drives.warnings import saturated_share
 from ..recording import StampArray
 
 
@@ -42,9 +43,9 @@ class Quality:
     """Share of the samples with an accelerometer axis at full scale."""
 
 
-def quality_of(run: Run) -> Quality:
+def quality_of(runs: Runs) -> Quality:
     """Return the quality of a recording."""
-    recording, robot = run.recording, run.setup.robot
+    recording, robot = runs.recording, runs.drive.setup.robot
     streams = {
         "IMU": recording.imu,
         "wheels": recording.wheels,

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..drives import Runs
 from ..errors import RecordingError
-from ..evaluate import Run
 from ..noise import Spectrum, spectrum, uniform_stretch
 from ..noise.analysis import SHORTEST_MOTION
 from ..recording import FloatArray, TiltTrack
-from ..scoring.errors import Association, Options, errors_of
+from ..scoring.errors import Association, errors_of
 from .data import RAW, RecordingReport
 from .palette import ERROR_COLOURS, MOTION, style_of
 
@@ -48,15 +48,15 @@ def styles_of(reports: Sequence[RecordingReport]) -> Styles:
     return {name: style_of(index) for index, name in enumerate(names)}
 
 
-def traces_of(report: RecordingReport, styles: Styles, options: Options) -> list[Trace]:
+def traces_of(report: RecordingReport, styles: Styles) -> list[Trace]:
     """Return raw angle, estimators and reference, those in front last."""
-    return list(_traces(report, styles, options))
+    return list(_traces(report, styles))
 
 
-def _traces(report: RecordingReport, styles: Styles, options: Options) -> Iterator[Trace]:
-    done = report.run
-    reference = done.recording.reference
-    association = Association(reference, options) if reference is not None else None
+def _traces(report: RecordingReport, styles: Styles) -> Iterator[Trace]:
+    done = report.runs
+    reference, association = done.recording.reference, done.compared.association
+    options = done.compared.options
     yield _trace(done, RAW, report.raw, (ERROR_COLOURS[0], "solid"), False, association)
     shown = report.shown
     for name in reversed(report.ranked):
@@ -68,7 +68,7 @@ def _traces(report: RecordingReport, styles: Styles, options: Options) -> Iterat
 
 
 def _trace(
-    done: Run,
+    done: Runs,
     name: str,
     track: TiltTrack,
     style: tuple[str, str],

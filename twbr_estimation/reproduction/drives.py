@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..configuration.presets import preset
+from ..drives import Drive
 from ..simulation import World, simulate
 from ..simulation.worlds import PAPER
 from ..tuning.objective import TuningSet, prepare
@@ -45,7 +46,7 @@ def drives(world: World, dt: float, seeds: Sequence[int], duration: float) -> li
     for seed in seeds:
         made = simulate(world, dt, duration, seed)
         setup = made.setup if correction is None else replace(made.setup, correction=correction)
-        sets.append(prepare(made.recording, setup))
+        sets.append(prepare(Drive(made.recording, setup)))
     return sets
 
 

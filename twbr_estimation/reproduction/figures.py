@@ -12,12 +12,12 @@ from ..batch import run_filter
 from ..calibration.held_poses import held_poses
 from ..calibration.poses import AXES, PosesResult, calibrate_poses
 from ..calibration.stillness import specific_force
+from ..drives import Drive
 from ..filters import filter_named
 from ..noise import spectrum
 from ..noise.analysis import motion_of
 from ..recording import FloatArray, Recording
 from ..robot import Setup
-from ..scoring.errors import Options
 from ..simulation import World, simulate
 from .drives import TRAINING_SEEDS, Plan, drives
 from .printed import ANGLE_SNR_DB, FIGURE_12, SCALE_MSE
@@ -83,7 +83,7 @@ def noise_spectra(plan: Plan) -> dict[str, Any]:
     for seed in range(1, plan.seeds + 1):
         made = simulate(plan.world, SPECTRA_DT, plan.duration, seed)
         setup = replace(made.setup, correction=correction)
-        found.append(motion_of(made.recording, setup, Options()))
+        found.append(motion_of(Drive(made.recording, setup)))
     still = simulate(plan.world, SPECTRA_DT, plan.duration, 1, "still").recording
     rest = spectrum(np.degrees(still.imu.gyro[:, 1]), SPECTRA_DT)
     return {

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..batch import CorrectedTrack, correct, run_filter
+from ..batch import CorrectedTrack, run_filter
 from ..configuration.presets import preset
+from ..drives import Drive
 from ..filters import filter_named
-from ..pipeline.pairing import pair
 from ..robot import CorrectionSettings, Setup
 from ..simulation.spinning import PERIOD, SpinSensor, spin
 from .drives import Plan
@@ -98,14 +98,13 @@ def spin_errors(
     spun = spin(yaw_rate, sensor, duration, seed)
     recording, reference = spun.recording, spun.recording.reference
     assert reference is not None
-    samples = pair(recording.imu, recording.wheels, motors=recording.motors)
     x, y, z = spun.setup.robot.lever_arm
     informed = replace(spun.setup.robot, lever_arm=(x + sensor.offset, y, z))
     setups = {
         False: replace(spun.setup, correction=PLAIN),
         True: replace(spun.setup, robot=informed),
     }
-    tracks = {told: correct(samples, setup) for told, setup in setups.items()}
+    tracks = {told: Drive(recording, setup).corrected for told, setup in setups.items()}
     first = round(SETTLING_SHARE * reference.tilt.size)
     errors = {}
     for name, row in rows().items():

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..batch import run_filter
+from ..drives import Drive
 from ..filters import filter_named
 from ..recording import FloatArray, TiltTrack
 from ..robot import CorrectionSettings
@@ -82,7 +83,7 @@ def _recorded(scene: str, seed: int, plan: Plan) -> TuningSet:
         calibration=replace(made.setup.calibration, gyro_bias=(0.0, 0.0, 0.0)),
         correction=CorrectionSettings(euler=False, centrifugal=False, wheel=False, yaw=False),
     )
-    return prepare(made.recording, setup, SETTLED)
+    return prepare(Drive(made.recording, setup, options=SETTLED))
 
 
 def _tuned(plan: Plan, workers: Workers, report: Report) -> dict[str, dict[str, float]]:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,18 @@ class RecordingScore:
     """What the errors refer to: the encoder, or SMOOTHED where the recording has none."""
     smoothed_deviation_deg: float | None = None
     """What the smoothed tilt may be off by its own account, rms [deg]; None without one."""
+
+    def __str__(self) -> str:
+        """Return the table that `twbr evaluate` prints."""
+        from .table import as_text
+
+        return as_text([self])
+
+    def to_columns(self) -> dict[str, list[Any]]:
+        """Return the figures as one list a column: `estimator`, then the fields of `Score`."""
+        names = [each.name for each in fields(Score)]
+        table = {name: [getattr(each, name) for each in self.estimators.values()] for name in names}
+        return {"estimator": list(self.estimators), **table}
 
 
 class Association:
@@ -211,6 +224,20 @@ def score(
     return sums.score(delay_of(stamps[known], tilt[known], association) if errors.size else 0.0)
 
 
+def mean_square_error(
+    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+) -> float:
+    """Return the mean square error [deg^2]; the arguments are those of `errors_of`.
+
+    Raises:
+        RecordingError: estimate and reference have no sample in common.
+    """
+    errors, _, left_out = errors_of(stamps, tilt, association, first_stamp)
+    sums = ErrorSums()
+    sums.add(errors, left_out)
+    return sums.score(0.0).mse_deg2
+
+
 def _wrapped(angle: FloatArray) -> FloatArray:
     turn = 2.0 * np.pi
     return np.asarray(angle - turn * np.round(angle / turn), dtype=np.float64)
@@ -251,6 +278,7 @@ def score_recording(
     estimates: Mapping[str, TiltTrack],
     options: Options | None = None,
     warnings: Sequence[str] = (),
+    association: Association | None = None,
 ) -> RecordingScore:
     """Score several estimators on one recording.
 
@@ -259,6 +287,7 @@ def score_recording(
         estimates: tilt over time by name of the estimator.
         options: how to compare.
         warnings: passed on.
+        association: the reference with these options, where it is prepared already.
 
     Raises:
         RecordingError: there is no reference, it overlaps with no estimate, or all diverge.
@@ -270,7 +299,7 @@ def score_recording(
     finite, found = _finite(estimates, int(recording.imu.stamps[0]))
     scores, name = {}, "reference"
     try:
-        association = Association(recording.reference, options)
+        association = association or Association(recording.reference, options)
         for name, track in finite.items():
             scores[name] = score(track.stamps, track.tilt, association, first)
     except RecordingError as error:

@@ -65,7 +65,7 @@ def _wheel_doubts(recording: Recording) -> Iterator[str]:
         yield (
             f"wheel readings every {1e3 * period:.3g} ms, IMU samples every "
             f"{1e3 * recording.dt:.3g} ms: the wheels' acceleration comes in jerks; "
-            "--terms euler,centrifugal leaves it out"
+            "`terms` without wheel leave it out"
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from io import StringIO
 from pathlib import Path
 
 from rich.console import Console
@@ -32,6 +33,14 @@ def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:
         console.print(_table(f"mean over {len(scores)} recordings", mean_over(scores)))
     for warning in dict.fromkeys(text for entry in scores for text in entry.warnings):
         console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
+
+
+def as_text(scores: Sequence[RecordingScore], width: int = 100) -> str:
+    """Return what `print_scores` prints, in so many columns at most, without colours."""
+    console = Console(file=StringIO(), width=width, color_system=None)
+    with console.capture() as captured:
+        print_scores(console, scores)
+    return captured.get().rstrip("\n")
 
 
 def write_scores(target: str, scores: Sequence[RecordingScore]) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import ConfigurationError
-from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
+from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
 from .kernels import measure, measure_felt
@@ -17,6 +18,9 @@ from .scenes import SCENES, Performed
 from .spatial_sensing import felt, in_sensor_axes, wheel_angles
 from .turning import straight
 from .worlds import World, world_named
+
+if TYPE_CHECKING:
+    from ..drives import Drive
 
 WHEEL_COUNTS = 1320
 """Counts of the wheel encoder in one turn of the wheel."""
@@ -40,8 +44,13 @@ class Simulated:
     """How often the robot fell to its stops."""
     saturated: float
     """Share of the samples with a saturated gyro axis."""
-    events: tuple[Event, ...] = ()
-    """What happens to the robot, where the scene says it."""
+
+    @property
+    def drive(self) -> Drive:
+        """The recording, with the setup that the estimator is told."""
+        from ..drives import Drive  # which a node that simulates has no use for
+
+        return Drive(self.recording, self.setup)
 
 
 def simulate(
@@ -120,7 +129,7 @@ def _imu(
     """Return what the IMU reads."""
     noise = stream(seed, "noise").standard_normal((samples, 6))
     drift = gyro_drift(world, samples, every * STEP, seed)
-    errors = imu_errors(world, world.calibration, seed, true.robot)
+    errors = imu_errors(world, world.calibration, seed)
     mount = mount_of(true.robot, world)
     if world.track_width == 0.0:
         readings = measure(performed.motion, mount, errors, drift, noise, every)

@@ -4,4 +4,3 @@ from .smoother import SMOOTHER as SMOOTHER
 from .smoother import Progress as Progress
 from .smoother import SmoothedTrack as SmoothedTrack
 from .smoother import smooth as smooth
-from .smoother import smooth_recording as smooth_recording

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..batch import SOURCES, sample_at
+from ..batch.kernels import SOURCES, sample_at
 from ..compilation import compiled, source_version
 from ..filters.inertial.error_state import STATES, Array
 from ..filters.inertial.strapdown import heading_of, matrix_of, product, rotation_of, tilt_of
@@ -15,7 +15,7 @@ from ..filters.ins_odometer import tilt_variance
 from .backward import Later, step_back
 from .forward import advance
 
-_SOURCES = (*SOURCES, "batch.py", "smoothing/*.py")
+_SOURCES = (*SOURCES, "smoothing/*.py")
 
 
 class Hindsight(NamedTuple):

@@ -15,16 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..batch import CorrectedTrack, correct
+from ..batch import CorrectedTrack
 from ..errors import RecordingError
 from ..filters import filter_named
 from ..filters.inertial.error_state import ATTITUDE, STATES, Array
 from ..filters.inertial.navigation import repaired
 from ..filters.inertial.parameters import Coefficients
 from ..filters.ins_odometer import State, reset
-from ..pipeline.pairing import pair
-from ..recording import FloatArray, Recording, StampArray, TiltTrack
-from ..robot import Robot, Setup
+from ..recording import FloatArray, StampArray, TiltTrack
+from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .backward import nothing_later
 from .forward import Pass, empty_tape, started
@@ -62,24 +61,6 @@ class SmoothedTrack:
     def as_track(self) -> TiltTrack:
         """Return it as a reference."""
         return TiltTrack(self.stamps, self.tilt)
-
-
-def smooth_recording(
-    recording: Recording,
-    setup: Setup,
-    values: Mapping[str, float] | None = None,
-    progress: Progress = lambda share: None,
-) -> SmoothedTrack:
-    """Pair, correct and smooth a recording; the other arguments are those of `smooth`.
-
-    Raises:
-        ConfigurationError: a parameter that does not exist or is out of bounds.
-        RecordingError: there are fewer than two samples.
-    """
-    if recording.imu.stamps.size < 2:
-        raise RecordingError(f"{recording.source}: fewer than two samples cannot be smoothed")
-    corrected = correct(pair(recording.imu, recording.wheels), setup)
-    return smooth(corrected, setup.robot, values, progress)
 
 
 def smooth(

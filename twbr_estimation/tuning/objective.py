@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import CorrectedTrack, correct
+from ..drives import Drive
 from ..errors import ConfigurationError, RecordingError
-from ..pipeline.pairing import SampleTrack, pair
-from ..recording import FloatArray, Recording, StampArray
+from ..pipeline.pairing import SampleTrack
+from ..recording import FloatArray, StampArray
 from ..robot import CorrectionSettings, Setup
-from ..scoring.errors import Association, Options
+from ..scoring.errors import Association
 
 SLOPE_HALF_WIDTH = 0.01
 """The reference's rate is its difference over twice this [s]: one sample shows its counts only."""
@@ -115,38 +116,30 @@ class TuningSet:
         return np.asarray(error - turn * np.round(error / turn), dtype=np.float64)
 
 
-def prepare(recording: Recording, setup: Setup, options: Options | None = None) -> TuningSet:
-    """Pair, correct and associate a recording once.
-
-    Args:
-        recording: it needs a reference.
-        setup: robot, calibration and correction settings.
-        options: delay and offset of the reference, time to skip at the start.
+def prepare(drive: Drive) -> TuningSet:
+    """Associate the samples of a recording with its reference, once.
 
     Raises:
         RecordingError: there is no reference, or it does not overlap with the samples.
     """
-    if recording.reference is None:
-        raise RecordingError(f"{recording.source}: there is no reference to tune against")
-    options = options or Options()
-    samples = pair(recording.imu, recording.wheels, motors=recording.motors)
-    corrected = correct(samples, setup)
-    association = Association(recording.reference, options)
+    association, samples = drive.association, drive.samples
+    if association is None:
+        raise RecordingError(f"{drive.source}: there is no reference to tune against")
     reference, covered = association.at(samples.stamps)
-    begin = samples.stamps[:1] + round(options.skip * 1e9)
+    begin = samples.stamps[:1] + round(drive.options.skip * 1e9)
     known = covered & (samples.stamps >= begin)
     if int(known.sum()) < 2:
-        raise RecordingError(f"{recording.source}: fewer than 2 samples have a reference")
+        raise RecordingError(f"{drive.source}: fewer than 2 samples have a reference")
     return TuningSet(
-        source=recording.source,
-        dt=recording.dt,
-        setup=setup,
+        source=drive.source,
+        dt=drive.recording.dt,
+        setup=drive.setup,
         samples=samples,
-        corrected=corrected,
+        corrected=drive.corrected_samples,
         reference=np.where(known, reference, 0.0),
         known=known,
         slope=_slope(association, samples.stamps[known]),
-        saturated=_saturated(corrected),
+        saturated=_saturated(drive.corrected_samples),
     )
 
 

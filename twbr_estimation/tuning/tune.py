@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bags import TopicNames, read_recording, recordings_below
+from ..bags import TopicNames, recordings_below
 from ..configuration.files import write_settings
 from ..configuration.filter_settings import DT_TOLERANCE, Settings
 from ..configuration.of_recording import configuration
 from ..configuration.presets import preset
+from ..drives import load
 from ..errors import ConfigurationError, RecordingError
 from ..filters import filter_named, filters
 from ..robot import CorrectionSettings
 from ..samples import READINGS
 from ..scoring.errors import Options
-from ..smoothing import SMOOTHER, smooth_recording
 from .correction import TunedCorrection, tune_correction
 from .filter import TunedFilter, TuningTask
 from .findings import saturation_warnings
@@ -153,13 +153,18 @@ def _sets(request: TuningRequest, paths: Sequence[Path], smoothing: Smoothing) -
     sets = []
     for bag in found:
         required = () if request.smooth else ("reference",)
-        recording = read_recording(bag, request.topics, required=required)
-        setup, settings = configuration(bag, recording.dt, request.config, request.preset)
-        if recording.reference is None:
-            values = settings.values.get(SMOOTHER, {})
-            track = smooth_recording(recording, setup, values, partial(smoothing, str(bag)))
-            recording = replace(recording, reference=track.as_track())
-        sets.append(prepare(recording, setup, request.options))
+        drive = load(
+            bag,
+            config=request.config,
+            preset=request.preset,
+            topics=request.topics,
+            options=request.options,
+            required=required,
+        )
+        if drive.recording.reference is None:
+            track = drive.smoothed(progress=partial(smoothing, str(bag)))
+            drive = drive.with_reference(track.as_track())
+        sets.append(prepare(drive))
     return sets
 
 

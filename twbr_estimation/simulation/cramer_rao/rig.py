@@ -15,12 +15,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...batch import CorrectedTrack, correct
+from ...batch import CorrectedTrack
 from ...errors import ConfigurationError
 from ...filters.inertial.aiding import EXCESS_SPREAD, EXCESS_TIME
 from ...filters.inertial.navigation import SHOCK
 from ...filters.ins_odometer import FIRST_TILT, FIRST_VELOCITY
-from ...pipeline.pairing import pair
 from ...recording import FloatArray
 from ..disturbances import (
     BUMP_CUTOFF,
@@ -92,7 +91,7 @@ def _steps(simulated: Simulated) -> Iterator[Slopes]:
         raise ConfigurationError(
             f"{recording.source}: the bound is for drives in the plane, with truth and wheels"
         )
-    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    corrected = simulated.drive.corrected
     dt, radius, arm = recording.dt, setup.robot.wheel_radius, setup.robot.lever_arm[2]
     travel = radius * (recording.wheels.angle[:, 0] + truth.tilt)
     speed = _speed(travel, dt)

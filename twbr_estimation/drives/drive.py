@@ -1,0 +1,219 @@
+"""A recording with its robot, paired and corrected once, when it is first needed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from ..batch import CorrectedTrack, correct, oversampled, run_filters
+from ..configuration.filter_settings import Settings
+from ..configuration.of_recording import with_terms
+from ..errors import ConfigurationError, RecordingError
+from ..filters import Filter, filter_named, filters
+from ..pipeline.pairing import SampleTrack, pair
+from ..recording import Recording, TiltTrack
+from ..robot import Calibration, CorrectionSettings, Setup
+from ..scoring.errors import Association, Options
+from ..smoothing import SMOOTHER, Progress, SmoothedTrack, smooth
+from .runs import Runs
+
+Values = Mapping[str, Mapping[str, float]]
+"""Parameter values by filter name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """One recording, ready for filters: `load` makes it from a file, `simulate` from nothing."""
+
+    recording: Recording
+    setup: Setup = field(default_factory=Setup)
+    """Robot, calibration and correction."""
+    settings: Settings = field(default_factory=Settings)
+    """Parameter values of the filters where they are not the defaults."""
+    options: Options = field(default_factory=Options)
+    """How estimates are compared with the reference."""
+    loop_period: float = 0.0
+    """Period [s] for which samples are combined before the filters; 0 takes each."""
+    notes: tuple[str, ...] = ()
+    """What a user should know about where the settings come from."""
+
+    @property
+    def source(self) -> str:
+        """Where the recording comes from."""
+        return self.recording.source
+
+    @property
+    def dt(self) -> float:
+        """Period of the samples that reach the filters [s]."""
+        return max(self.loop_period, self.recording.dt)
+
+    @cached_property
+    def samples(self) -> SampleTrack:
+        """The IMU samples with wheels and motors at the same instants."""
+        recording = self.recording
+        return pair(recording.imu, recording.wheels, motors=recording.motors)
+
+    @cached_property
+    def corrected_samples(self) -> CorrectedTrack:
+        """Every sample, corrected.
+
+        Raises:
+            ConfigurationError: a low-pass of the correction diverges at this sampling period.
+        """
+        _require_stable(self.setup.correction, self.recording.dt)
+        return correct(self.samples, self.setup)
+
+    @cached_property
+    def corrected(self) -> CorrectedTrack:
+        """What the filters get: corrected samples, combined for the period of the loop."""
+        if self.loop_period > 0.0:
+            return oversampled(self.corrected_samples, self.loop_period)
+        return self.corrected_samples
+
+    @cached_property
+    def association(self) -> Association | None:
+        """The reference as `options` has it, at any stamps; None without one."""
+        reference = self.recording.reference
+        return None if reference is None else Association(reference, self.options)
+
+    @cached_property
+    def key(self) -> str:
+        """A digest of readings, reference and settings: equal for equal content, not by name."""
+        digest = hashlib.sha256(repr((self.setup, self.settings.values, self.options)).encode())
+        digest.update(repr(self.loop_period).encode())
+        digest.update(self.samples.stamps.tobytes() + self.samples.columns.tobytes())
+        if (reference := self.recording.reference) is not None:
+            digest.update(reference.stamps.tobytes() + reference.tilt.tobytes())
+        return digest.hexdigest()
+
+    @cached_property
+    def uncorrected(self) -> Drive:
+        """The same readings taken as they are: no calibration, no motion removed."""
+        setup = Setup(self.setup.robot, Calibration(), self.setup.correction)
+        return self.with_setup(with_terms(setup, ()))
+
+    def with_setup(self, setup: Setup) -> Drive:
+        """Return the recording with another robot, calibration or correction; pairs stay."""
+        if setup == self.setup:
+            return self
+        other = replace(self, setup=setup)
+        other.__dict__["samples"] = self.samples
+        return other
+
+    def with_terms(self, *terms: str) -> Drive:
+        """Return the recording corrected for exactly these motion terms.
+
+        Raises:
+            ConfigurationError: there is no such term.
+        """
+        return self.with_setup(with_terms(self.setup, terms))
+
+    def with_reference(self, reference: TiltTrack) -> Drive:
+        """Return the recording with another reference; what is corrected stays."""
+        other = replace(self, recording=replace(self.recording, reference=reference))
+        other.__dict__.update(
+            (name, value)
+            for name, value in self.__dict__.items()
+            if name in ("samples", "corrected_samples", "corrected")
+        )
+        return other
+
+    def run(
+        self,
+        *names: str | Filter,
+        values: Values | None = None,
+        smooth: bool = False,
+        progress: Progress = lambda share: None,
+    ) -> Runs:
+        """Run filters over the recording.
+
+        Args:
+            names: filters by name, or `Filter` objects of your own; all filters where empty.
+            values: parameter values by filter name; they rule over the settings.
+            smooth: whether to smooth the recording, too: a reference where it has none.
+            progress: called with the share of the smoothing that is done, 0 to 1.
+
+        Raises:
+            ConfigurationError: an unknown filter or parameter, or a value out of bounds.
+            RecordingError: fewer than two samples are to be smoothed.
+        """
+        entries = chosen(names)
+        given = self.values_of(entries, values or {})
+        for name in self.recording.estimators:
+            if name in given:
+                raise ConfigurationError(f"estimator {name}: this is a filter's name; take another")
+        ready = [(entry, entry.configure(given[entry.name])) for entry in entries]
+        tracks = run_filters(ready, self.corrected, self.setup.robot)
+        found = {entry.name: track for entry, track in zip(entries, tracks, strict=True)}
+        smoothed = self.smoothed(values, progress) if smooth else None
+        return Runs(self, tuple(entries), given, found, smoothed)
+
+    def smoothed(
+        self, values: Values | None = None, progress: Progress = lambda share: None
+    ) -> SmoothedTrack:
+        """Return the tilt that the whole recording gives with hindsight.
+
+        Args:
+            values: parameter values by filter name; those of `ins_odometer` count.
+            progress: called with the share that is done, 0 to 1.
+
+        Raises:
+            ConfigurationError: an unknown parameter, or a value out of bounds.
+            RecordingError: there are fewer than two samples.
+        """
+        if self.recording.imu.stamps.size < 2:
+            raise RecordingError(f"{self.source}: fewer than two samples cannot be smoothed")
+        own = {**self.settings.values.get(SMOOTHER, {}), **(values or {}).get(SMOOTHER, {})}
+        return smooth(self.corrected_samples, self.setup.robot, own, progress)
+
+    def values_of(self, entries: Iterable[Filter], values: Values) -> dict[str, dict[str, float]]:
+        """Return the values in force by filter: those of the settings, then `values`.
+
+        Raises:
+            ConfigurationError: `values` names a filter that does not run.
+        """
+        found = {
+            entry.name: {**self.settings.values.get(entry.name, {}), **values.get(entry.name, {})}
+            for entry in entries
+        }
+        for name in values:
+            if name not in found:
+                known = filters().get(name)
+                said = "has values but does not run; name it, too" if known else "is no filter"
+                raise ConfigurationError(f"`values`: {name} {said}")
+        return found
+
+
+def chosen(names: Iterable[str | Filter]) -> list[Filter]:
+    """Return the filters of these names or definitions, each once; all where there are none.
+
+    Raises:
+        ConfigurationError: there is no such filter, or two differ and have one name.
+    """
+    found: dict[str, Filter] = {}
+    for each in names:
+        if each == "all":
+            found.update(filters())
+            continue
+        if not isinstance(each, (str, Filter)):
+            raise ConfigurationError(
+                f"`names`: {each!r} is neither the name of a filter nor a Filter; "
+                "give each as an argument of its own"
+            )
+        entry = filter_named(each) if isinstance(each, str) else each
+        if found.setdefault(entry.name, entry) is not entry:
+            raise ConfigurationError(f"`names`: two different filters have the name {entry.name}")
+    return list(found.values()) or list(filters().values())
+
+
+def _require_stable(correction: CorrectionSettings, dt: float) -> None:
+    """Raise where a low-pass of the correction diverges at this sampling period [s]."""
+    for name in ("rate_time_constant", "velocity_time_constant"):
+        value = getattr(correction, name)
+        if value <= -0.5 * dt < 0.0:
+            raise ConfigurationError(
+                f"correction.{name}: {value:g} s is unstable at a sampling period of {dt:g} s; "
+                f"it must be above {-0.5 * dt:g} s"
+            )

@@ -1,0 +1,182 @@
+"""What filters made of one recording: estimates, figures, a plot, a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..batch import EstimateTrack
+from ..errors import ConfigurationError
+from ..filters import Filter
+from ..recording import FloatArray, Recording, TiltTrack
+from ..scoring.errors import SMOOTHED, Options, RecordingScore, score_recording
+from ..smoothing import SmoothedTrack
+from .warnings import warnings_for
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+FIELDS = ("tilt", "rate", "gyro_bias", "tilt_variance")
+"""What a filter estimates, in the order of the columns of a table."""
+
+
+class Runs(Mapping[str, EstimateTrack]):
+    """Estimates by filter name: `runs["kalman"].tilt` is an array over `runs["kalman"].time`."""
+
+    def __init__(
+        self,
+        drive: Drive,
+        entries: tuple[Filter, ...],
+        values: Mapping[str, Mapping[str, float]],
+        estimates: Mapping[str, EstimateTrack],
+        smoothed: SmoothedTrack | None = None,
+    ) -> None:
+        """Hold what was run; `Drive.run` makes it.
+
+        Args:
+            drive: the recording.
+            entries: the filters.
+            values: parameter values in force by filter name.
+            estimates: by filter name.
+            smoothed: the tilt with hindsight, where it was asked for.
+        """
+        self.drive = drive
+        self.entries = entries
+        self.parameters = values
+        """Parameter values in force by filter name; missing ones are the filter's defaults."""
+        self.smoothed = smoothed
+        self._estimates = dict(estimates)
+
+    def __getitem__(self, name: str) -> EstimateTrack:
+        try:
+            return self._estimates[name]
+        except KeyError:
+            raise KeyError(f"{name} was not run; there are: {', '.join(self)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._estimates)
+
+    def __len__(self) -> int:
+        return len(self._estimates)
+
+    def __repr__(self) -> str:
+        return f"<Runs of {', '.join(self)} on {self.drive.source}>"
+
+    @cached_property
+    def compared(self) -> Drive:
+        """The drive with its reference: the smoothed tilt where it has none of its own."""
+        if self.drive.recording.reference is None and self.smoothed is not None:
+            options = Options(skip=self.drive.options.skip)  # delay and offset: of an encoder
+            return replace(self.drive, options=options).with_reference(self.smoothed.as_track())
+        return self.drive
+
+    @property
+    def recording(self) -> Recording:
+        """The recording, with its reference or the smoothed tilt in place of one."""
+        return self.compared.recording
+
+    @cached_property
+    def tracks(self) -> dict[str, TiltTrack]:
+        """Tilt by name of each filter and each estimator of the recording."""
+        found = {name: TiltTrack(run.stamps, run.tilt) for name, run in self.items()}
+        found.update(self.drive.recording.estimators)
+        if self.smoothed is not None and self.drive.recording.reference is not None:
+            found[SMOOTHED] = self.smoothed.as_track()
+        return found
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know before trusting figures made with these settings."""
+        return (*warnings_for(self.drive, self.entries, self.parameters), *self.drive.notes)
+
+    @cached_property
+    def score(self) -> RecordingScore | None:
+        """The errors against the reference as `Drive.options` has it; None without one."""
+        return None if self.recording.reference is None else self.scores()
+
+    def scores(self, options: Options | None = None) -> RecordingScore:
+        """Compare every estimate with the reference; printed, it is the table of `twbr evaluate`.
+
+        Args:
+            options: how to compare; by default as the drive was loaded.
+
+        Raises:
+            RecordingError: there is no reference, or no estimate overlaps with it.
+        """
+        chosen = self.compared.options if options is None else options
+        shared = self.compared.association if options is None else None
+        score = score_recording(self.recording, self.tracks, chosen, self.warnings, shared)
+        if self.smoothed is None:
+            return score
+        score = replace(score, smoothed_deviation_deg=math.degrees(self.smoothed.deviation))
+        return score if self.drive.recording.reference else replace(score, reference=SMOOTHED)
+
+    def plot(self, axes: Any | None = None) -> Any:
+        """Draw tilt [deg] over time [s] and return the matplotlib axes.
+
+        Args:
+            axes: where to draw; a new figure by default.
+
+        Raises:
+            ConfigurationError: matplotlib is not installed.
+        """
+        from .plotting import plot
+
+        return plot(self, axes)
+
+    def to_columns(self) -> dict[str, FloatArray]:
+        """Return a table as one array a column, which pandas, polars and others take as it is.
+
+        Columns: `time` [s], `reference` [rad] where there is one (nan where it has a gap), then
+        `FILTER.tilt`, `FILTER.rate`, `FILTER.gyro_bias`, `FILTER.tilt_variance` for each filter.
+        """
+        if not self:
+            return {}
+        first = next(iter(self._estimates.values()))
+        columns = {"time": first.time}
+        if (association := self.compared.association) is not None:
+            tilt, known = association.at(first.stamps)
+            columns["reference"] = np.where(known, tilt, np.nan)
+        for name, run in self.items():
+            columns.update({f"{name}.{each}": getattr(run, each) for each in FIELDS})
+        return columns
+
+    def to_numpy(self) -> np.ndarray[Any, Any]:
+        """Return the table of `to_columns` as a structured array, (n,)."""
+        columns = self.to_columns()
+        table = np.empty(
+            next(iter(columns.values()), np.empty(0)).size, [(name, float) for name in columns]
+        )
+        for name, values in columns.items():
+            table[name] = values
+        return table
+
+    def to_pandas(self) -> Any:
+        """Return the table of `to_columns` as a pandas DataFrame.
+
+        Raises:
+            ConfigurationError: pandas is not installed.
+        """
+        return _frame("pandas", self.to_columns())
+
+    def to_polars(self) -> Any:
+        """Return the table of `to_columns` as a polars DataFrame.
+
+        Raises:
+            ConfigurationError: polars is not installed.
+        """
+        return _frame("polars", self.to_columns())
+
+
+def _frame(package: str, columns: Mapping[str, FloatArray]) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(package).DataFrame(columns)
+    except ImportError as error:
+        raise ConfigurationError(f"a DataFrame needs {package}: pip install {package}") from error
