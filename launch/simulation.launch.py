@@ -64,13 +64,14 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     if given["compare"]:
         chosen["compare"] = given["compare"].split(",")
     patient = {"timeout": PATIENCE} if in_lockstep else {}
+    standing = {"clock_timeout": PATIENCE} if in_lockstep else {}
     controller = {"controller": given["controller"]} if given["controller"] else {}
     source = {"json_file": given["json"], "source": f"world {given['world']}, seed {given['seed']}"}
     return [
         node("simulator_node", [*common[:1], simulator(given)]),
         node("correction_node", [*common, known, patient]),
         node("filter_node", [*common, given["settings"], known, chosen, patient]),
-        node("controller_node", [*common, known, controller]),
+        node("controller_node", [*common, known, controller, standing]),
         node("evaluator_node", [*common, source]),
     ]
 

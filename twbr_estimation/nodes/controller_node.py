@@ -2,13 +2,15 @@
 
 `motor/command` is [left, right] in V, positive driving forward; `motor/torque`, on request, the
 same in N m at the wheels. The motors are cut, which is a command of zeros, until the robot has been
-stood up, when it falls, when tilt or wheels fall silent or `tilt/valid` is false, while
-`~/enable` has it disabled, and once as the node is deactivated or ends. The controller, its
-parameters and the robot change between two steps.
+stood up, when it falls, when tilt or wheels fall silent, when the tilt's stamp is not of now or its
+value is frozen, when `tilt/valid` is false, while `~/enable` has it disabled, and once as the node
+is deactivated or ends by SIGINT, SIGTERM or SIGHUP. A thread of its own cuts them where the node
+is stuck. The controller, its parameters and the robot change between two steps.
 """
 
 from __future__ import annotations
 
+import time
 from threading import Thread
 from typing import Any
 
@@ -23,7 +25,8 @@ from ..controllers.base import MotorVoltages
 from ..errors import MessageError
 from ..messages import tilt_of_quaternion
 from ..streams.control.balance import NO_VOLTAGE, Standing
-from ..streams.control.motors import ControlConfiguration, ControlStream
+from ..streams.control.deadline import Deadline
+from ..streams.control.motors import UNINTERRUPTED, ControlConfiguration, ControlStream
 from ..streams.corrected import has_angle
 from ..streams.messages import GYRO, WheelDecoder, decode_float64, decode_imu, encode_float64s
 from .controller_parameters import (
@@ -35,6 +38,7 @@ from .controller_parameters import (
 from .diagnostics import Diagnostics, Level, Report
 from .inputs import listen
 from .lifecycle import DeviceNode
+from .motor_watch import MotorWatch
 from .qos import overridable, published, subscribed
 from .spin import run
 from .watchdog import PERIOD, wall_timer
@@ -58,6 +62,8 @@ class ControllerNode(DeviceNode):
         self._stream = ControlStream(self._chosen.current)
         self._wheels = WheelDecoder(self._inputs.left_wheel_joint, self._inputs.right_wheel_joint)
         self._arrival = 0
+        self._arrived = time.monotonic()
+        self._deadline = Deadline(self._longest_silence)
         self._unreadable = self._without_angle = 0
         self._subscribe()
         options = {"qos_overriding_options": overridable()}
@@ -70,6 +76,7 @@ class ControllerNode(DeviceNode):
                 Float64MultiArray, "motor/torque", published(), **options
             )
         self.create_service(SetBool, "~/enable", self._on_enable)
+        self._watch = MotorWatch(self._deadline, lambda: self._send(NO_VOLTAGE))
         self._tick_timer = wall_timer(self, PERIOD, self._tick)
         self._diagnostics = Diagnostics(self, self.report)
         if self._inputs.prepare_all:
@@ -109,7 +116,14 @@ class ControllerNode(DeviceNode):
     def destroy_node(self) -> None:
         """Cut the motors, then destroy the node."""
         self._cut_for_good()
+        self._watch.stop()
         super().destroy_node()
+
+    def _longest_silence(self) -> float:
+        """Return how long the motors may run without a tilt, by the steady clock [s]."""
+        control, balance = self._chosen.current.control, self._chosen.current.balance
+        simulated = self.get_clock().ros_time_is_active
+        return control.clock_timeout if simulated else balance.settings.tilt_timeout
 
     def _cut_for_good(self) -> None:
         if self.is_active:
@@ -141,8 +155,10 @@ class ControllerNode(DeviceNode):
     def _take(self, stamp: int, tilt: float, rate: float | None) -> None:
         if not self.is_active:
             return
-        self._arrival = self._clock_now()
-        voltages = self._stream.add_tilt(stamp, tilt - self._inputs.balance_tilt, rate)
+        self._arrival, self._arrived = self._clock_now(), time.monotonic()
+        leaning = tilt - self._inputs.balance_tilt
+        voltages = self._stream.add_tilt(stamp, leaning, rate, self._arrival)
+        self._deadline.feed(self._arrived)
         if voltages is not None:
             self._publish(voltages)
 
@@ -167,11 +183,19 @@ class ControllerNode(DeviceNode):
     def _now(self) -> int:
         """Return what a tilt that came now would be stamped [ns], whatever clock stamps it."""
         last, now = self._stream.last_tilt, self._clock_now()
-        if last is None or self._arrival == 0:  # a simulated clock had not begun
-            return now if last is None else last
-        return last + now - self._arrival
+        if last is None:
+            return now
+        silent = time.monotonic() - self._arrived
+        if self.get_clock().ros_time_is_active:  # which stands still now and then
+            late = silent > self._longest_silence()
+            return last + (round(silent * 1e9) if late else max(now - self._arrival, 0))
+        return last + round(silent * 1e9)
 
     def _publish(self, voltages: MotorVoltages) -> None:
+        self._deadline.running = voltages != NO_VOLTAGE
+        self._send(voltages)
+
+    def _send(self, voltages: MotorVoltages) -> None:
         self._command.publish(encode_float64s(voltages))
         if self._torque is not None:
             self._torque.publish(encode_float64s(self._stream.torques(voltages)))
@@ -197,6 +221,7 @@ class ControllerNode(DeviceNode):
             "unreadable_messages": self._unreadable,
             "messages_without_angle": self._without_angle,
             **stream.counts,
+            "deadlines_missed": self._deadline.missed,
             **{f"tilt_{name}": count for name, count in stream.guard.counts.items()},
         }
         if balance.odometry is not None:
@@ -210,8 +235,8 @@ class ControllerNode(DeviceNode):
             return Report(Level.WARN, problem, values)
         if not stream.cut_because:
             return Report(Level.OK, f"balancing with {balance.settings.controller}", values)
-        late = balance.standing in (Standing.TILT_LATE, Standing.WHEELS_LATE)
-        level = Level.ERROR if late else Level.WARN
+        fine = balance.standing in (*UNINTERRUPTED, Standing.TILT_INVALID) or not stream.enabled
+        level = Level.WARN if fine else Level.ERROR
         return Report(level, f"motors cut: {stream.cut_because}", values)
 
     def _wrong_twist(self) -> str:

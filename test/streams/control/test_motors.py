@@ -18,6 +18,7 @@ from twbr_estimation.streams.control.balance import (
     BalanceConfiguration,
     BalanceSettings,
 )
+from twbr_estimation.streams.control.deadline import Deadline
 from twbr_estimation.streams.control.motors import (
     ControlConfiguration,
     ControlSettings,
@@ -271,3 +272,111 @@ def test_a_clock_that_was_set_back_begins_afresh(loop: Loop) -> None:
         loop.stream.add_wheels(wheel_reading(earlier + index * PERIOD, [0.0]))
         asked = loop.stream.add_tilt(earlier + index * PERIOD, 0.05, 0.0)
         assert (asked == NO_VOLTAGE) == (index * 0.005 < 0.105), index
+
+
+class Fed:
+    """A stream that is fed by hand: a steady lean that trembles, stamped as it is told."""
+
+    def __init__(self, **control: object) -> None:
+        chosen = ControlSettings(**control)  # type: ignore[arg-type]
+        self.stream = ControlStream(ControlConfiguration(chosen))
+        self.now = 1_700_000_000 * START
+        self.given: list[tuple[float, float]] = []
+
+    def run(
+        self, count: int, age: int = 0, tremble: float = 1e-6, rate: float | None = 0.0
+    ) -> list[tuple[float, float]]:
+        """Feed samples `age` [ns] old by the clock; return the commands of these steps."""
+        given = []
+        for index in range(count):
+            self.now += PERIOD
+            stamp = self.now - age
+            self.stream.add_wheels(wheel_reading(stamp, [0.0]))
+            asked = self.stream.add_tilt(stamp, 0.05 + tremble * (index % 2), rate, self.now)
+            given += [] if asked is None else [tuple(asked)]
+        return given
+
+    def driven(self) -> None:
+        """Let it balance."""
+        assert self.run(40)[-1] != NO_VOLTAGE and self.stream.cut_because == ""
+
+
+@pytest.mark.parametrize(
+    ("age", "because"),
+    [
+        (1_000_000_000, "stale"),
+        (60_000_000, "stale"),
+        (-1_000_000_000, "another clock"),
+        (10**17, "another clock"),
+        (-(10**17), "another clock"),
+    ],
+)
+def test_a_tilt_that_is_not_of_now_cuts_at_once(age: int, because: str) -> None:
+    fed = Fed()
+    fed.driven()
+    given = fed.run(60, age)
+    # Of stamps that go back a single one counts as late and is left out.
+    assert set(given) == {NO_VOLTAGE} and len(given) > 30
+    assert because in fed.stream.cut_because
+
+
+def test_after_a_long_interruption_it_must_be_stood_up() -> None:
+    fed = Fed()
+    fed.driven()
+    fed.run(40, 60_000_000)
+    again = fed.run(40)
+    upright = [index for index, each in enumerate(again) if each != NO_VOLTAGE]
+    assert upright and 18 <= upright[0] <= 26  # `recovery_time` of 0.1 s
+
+
+def test_after_a_short_interruption_it_goes_on() -> None:
+    fed = Fed()
+    fed.driven()
+    fed.stream.set_valid(False)
+    assert set(fed.run(15)) == {NO_VOLTAGE}
+    fed.stream.set_valid(True)
+    assert fed.run(2)[-1] != NO_VOLTAGE
+    fed.stream.set_valid(False)
+    fed.run(30)
+    fed.stream.set_valid(True)
+    assert set(fed.run(15)) == {NO_VOLTAGE}
+
+
+@pytest.mark.parametrize("rate", [0.0, None], ids=["rate measured", "rate derived"])
+def test_a_frozen_tilt_cuts_within_its_timeout(rate: float | None) -> None:
+    fed = Fed()
+    fed.driven()
+    given = fed.run(200, tremble=0.0, rate=rate)
+    last = max(index for index, each in enumerate(given) if each != NO_VOLTAGE)
+    assert last * 0.005 <= 0.05 + 2 * 0.005 and "frozen" in fed.stream.cut_because
+    fed.run(60)
+    assert fed.stream.cut_because == ""
+
+
+def test_a_frozen_tilt_may_be_allowed() -> None:
+    fed = Fed(expect_change=False)
+    fed.driven()
+    assert fed.run(200, tremble=0.0)[-1] != NO_VOLTAGE
+
+
+def test_without_a_clock_nothing_is_driven() -> None:
+    stream = ControlStream(ControlConfiguration())
+    for index in range(100):
+        stamp = START + index * PERIOD
+        stream.add_wheels(wheel_reading(stamp, [0.0]))
+        assert stream.add_tilt(stamp, 0.05 + 1e-6 * index, 0.0, 0) == NO_VOLTAGE
+    assert "/clock" in stream.cut_because
+
+
+def test_a_deadline_is_kept_by_whoever_watches_it() -> None:
+    deadline = Deadline(lambda: 0.05)
+    assert deadline.check(10.0)[0] is False  # nothing runs
+    deadline.feed(10.0)
+    deadline.running = True
+    due, sleep = deadline.check(10.02)
+    assert not due and sleep == pytest.approx(0.03)
+    assert deadline.check(10.051)[0] and deadline.missed == 1
+    assert deadline.check(10.1)[0] and deadline.missed == 1  # again, in case one got lost
+    deadline.feed(10.2)
+    assert not deadline.check(10.21)[0]
+    assert not deadline.check(10.5)[0]  # zeros since: nothing to cut

@@ -35,6 +35,10 @@ class Standing(str, Enum):
     TILT_LATE = "tilt is late"
     TILT_INVALID = "tilt is not valid"
     WHEELS_LATE = "wheels are late"
+    TILT_STALE = "tilt is stale: its stamp is too old"
+    OTHER_CLOCK = "tilt is stamped by another clock than this node's"
+    FROZEN = "tilt is frozen: it does not change although the motors run"
+    NO_CLOCK = "use_sim_time is true and there is no /clock"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +62,13 @@ class BalanceSettings:
         float, Bounds(0.0, 10.0, "s", "How long it must be upright before the motors run again")
     ] = 0.1
     tilt_timeout: Annotated[
-        float, Bounds(0.005, 1.0, "s", "Without a tilt for this long the motors are cut")
+        float,
+        Bounds(
+            0.005,
+            1.0,
+            "s",
+            "Without a tilt for this long, or with one stamped this long ago, the motors are cut",
+        ),
     ] = 0.05
     wheel_timeout: Annotated[
         float, Bounds(0.005, 1.0, "s", "Without wheel angles for this long the motors are cut")
@@ -113,6 +123,7 @@ class BalanceStream:
         """
         self._tilt: tuple[int, float, float] | None = None
         self._valid = True
+        self._fault: Standing | None = None
         self._wheels: WheelReading | None = None
         self._command: tuple[int, float, float] | None = None
         self._odometry: Odometry | None = None
@@ -172,6 +183,10 @@ class BalanceStream:
         """Take whether the tilt can be trusted, which holds until told otherwise."""
         self._valid = valid
 
+    def set_fault(self, fault: Standing | None) -> None:
+        """Take what is wrong with the latest tilt; None where nothing is."""
+        self._fault = fault
+
     def add_wheels(self, reading: WheelReading) -> None:
         """Take wheel angles; what is not finite, or not newer than the last, is ignored."""
         known = self._wheels
@@ -230,6 +245,8 @@ class BalanceStream:
             return Standing.WAITING
         if (now - tilt[0]) * _SECOND > settings.tilt_timeout:
             return Standing.TILT_LATE
+        if self._fault is not None:
+            return self._fault
         if not self._valid:
             return Standing.TILT_INVALID
         if (now - wheels.stamp) * _SECOND > settings.wheel_timeout:

@@ -4,7 +4,8 @@
 |---|---|
 | the start, and a stream that starts afresh | cut until the robot is stood up |
 | a fall, or voltages that are no numbers | cut until it is stood up; without `start_when_upright` until it is enabled |
-| tilt or wheels late, or the tilt not valid | cut until that is over |
+| tilt or wheels late, the tilt not valid, frozen, or stamped in the past or by another clock | cut until that is over; after more than `RESUMED` until it is stood up |
+| stamps that jump ahead | cut until it is stood up |
 | another controller, or other parameters | goes on from the last voltages, over `blend_time` |
 | disabled | cut until it is enabled |
 """  # noqa: E501
@@ -23,9 +24,13 @@ from ...plants.laddach2022 import PlantState, motor_torque
 from ...samples import RESTART_GAP
 from ..stamps import StampGuard, Verdict
 from .balance import NO_VOLTAGE, BalanceConfiguration, BalanceStream, Standing
+from .freshness import FrozenTilt, judged_by_stamp
 
 EARLY = 0.1
 """Share of a period by which a step may come early, for samples that jitter."""
+RESUMED = 0.1
+"""After a longer interruption [s] the robot must be stood up before the motors run again."""
+UNINTERRUPTED = {Standing.BALANCING, Standing.WAITING, Standing.FALLEN}
 DISABLED = "disabled; call ~/enable"
 
 
@@ -46,6 +51,14 @@ class ControlSettings:
     rate_time_constant: Annotated[
         float, Bounds(0.0, 1.0, "s", "Low-pass of the rate where it is derived from the tilt")
     ] = 0.01
+    expect_change: bool = True
+    """Whether a tilt and rate that stay the same to the last digit for `tilt_timeout`, while the
+    motors run, count as frozen and cut them. False for an estimator that rounds."""
+    clock_timeout: Annotated[
+        float,
+        Bounds(0.05, 3600.0, "s", "Under use_sim_time: real time without a tilt after which the "
+               "motors are cut; longer for a simulation in lockstep"),
+    ] = 2.0  # fmt: skip
 
     def __post_init__(self) -> None:
         require_bounds(self)
@@ -77,6 +90,8 @@ class ControlStream:
         self._enabled = configuration.control.start_when_upright
         self._tilt: tuple[int, float, float] | None = None
         self._due: int | None = None
+        self._frozen = FrozenTilt()
+        self._interrupted: int | None = None
         self._last_step = 0
         self._given = NO_VOLTAGE
         self._offset, self._blend_left = (0.0, 0.0), 0.0
@@ -89,6 +104,11 @@ class ControlStream:
         if not self._enabled:
             return DISABLED
         return "" if standing is Standing.BALANCING else standing.value
+
+    @property
+    def enabled(self) -> bool:
+        """Whether it may balance once the robot is stood up."""
+        return self._enabled
 
     @property
     def balance(self) -> BalanceStream:
@@ -135,13 +155,17 @@ class ControlStream:
         """Take a commanded speed [m/s] and yaw rate [rad/s] given at `now` [ns]."""
         self._balance.command(now, velocity, yaw_rate)
 
-    def add_tilt(self, stamp: int, tilt: float, rate: float | None = None) -> MotorVoltages | None:
+    def add_tilt(
+        self, stamp: int, tilt: float, rate: float | None = None, now: int | None = None
+    ) -> MotorVoltages | None:
         """Take a tilt; return the motors' voltages where a step is due.
 
         Args:
             stamp: Of the sample, or of the arrival where it has none [ns].
             tilt: From the balance point [rad], positive forward.
             rate: Its rate [rad/s]; None to derive it.
+            now: What the clock of the stamps says [ns], to judge whether the tilt is one of
+                now; None where that is not in question.
         """
         if not math.isfinite(tilt + (rate or 0.0)):
             self.guard.skip("not_finite")
@@ -153,13 +177,26 @@ class ControlStream:
             self._balance.reset()
             self._balance.lay_down()
             self._tilt = self._due = None
+        fault = None if now is None else self._judged(stamp, (tilt, rate), now)
+        self._balance.set_fault(fault)
         rate = self._derived_rate(stamp, tilt) if rate is None else rate
         self._tilt = (stamp, tilt, rate)
         self._balance.add_tilt(stamp, tilt, rate)
         early = round(EARLY * self._balance.settings.period * 1e9)
-        if self._due is not None and stamp < self._due - early:
+        if self._due is not None and stamp < self._due - early and fault is None:
             return None
         return self._step(stamp)
+
+    def _judged(self, stamp: int, value: tuple[float, float | None], now: int) -> Standing | None:
+        """Return why a tilt is not one of now; None where it is. A jump ahead lays down."""
+        if self._tilt is not None and (stamp - self._tilt[0]) * 1e-9 > RESTART_GAP:
+            self._balance.lay_down()
+        limit = self._balance.settings.tilt_timeout
+        if fault := judged_by_stamp(stamp, now, limit):
+            return fault
+        frozen = self._frozen.add(stamp, value, self._given != NO_VOLTAGE, limit)
+        expected = self._configuration.control.expect_change
+        return Standing.FROZEN if frozen and expected else None
 
     def torques(self, voltages: MotorVoltages) -> tuple[float, float]:
         """Return the torques on the left and the right wheel [N m] under these voltages now."""
@@ -202,6 +239,7 @@ class ControlStream:
             self._balance.lay_down()
         asked = self._balance.step(now)
         self.counts["steps"] += 1
+        self._note_interruption(now)
         if balanced and self._balance.standing is Standing.FALLEN:
             self._fell("falls")
         if not math.isfinite(asked.left + asked.right):
@@ -214,6 +252,15 @@ class ControlStream:
         else:
             self._given = self._blended(asked, dt)
         return self._given
+
+    def _note_interruption(self, now: int) -> None:
+        """After a long interruption let the robot be stood up before the motors run again."""
+        if self._balance.standing in UNINTERRUPTED:
+            self._interrupted = None
+        elif self._interrupted is None:
+            self._interrupted = now
+        elif (now - self._interrupted) * 1e-9 > RESUMED:
+            self._balance.lay_down()
 
     def _fell(self, how: str) -> None:
         self.counts[how] += 1

@@ -1,0 +1,177 @@
+"""Every cause stops the motors: processes as a robot has them, checked by a client of its own."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, Float64MultiArray
+
+from twbr_estimation.messages import set_stamp, set_tilt
+
+LIMIT = 0.055
+"""`tilt_timeout` plus one `period`, the defaults [s]."""
+SLACK = 0.5
+"""For a loaded machine [s]; counted commands say what time cannot."""
+PROGRAM = "import sys; from twbr_estimation.nodes.controller_node import main; sys.exit(main())"
+
+
+class Robot:
+    """Feeds a controller with a lean that trembles, and notes what comes back and when."""
+
+    def __init__(self, graph: Any) -> None:
+        self.graph, self.count = graph, 0
+        self.commands: list[tuple[float, tuple[float, ...]]] = []
+        create = graph.probe.create_publisher
+        self._imu, self._joints = (
+            create(Imu, "imu/data", 10),
+            create(JointState, "joint_states", 10),
+        )
+        self.valid = create(Bool, "tilt/valid", 10)
+        graph.probe.create_subscription(
+            Float64MultiArray,
+            "motor/command",
+            lambda each: self.commands.append((time.monotonic(), tuple(each.data))),
+            1000,
+        )
+
+    def feed(self, age: float = 0.0, frozen: bool = False) -> None:
+        """Publish tilt and wheels `age` [s] old, then wait for a period."""
+        self.count += 1
+        stamp = self.graph.probe.get_clock().now().nanoseconds - round(age * 1e9)
+        imu, joints = Imu(), JointState(name=["left_wheel_joint"], position=[0.0])
+        set_stamp(imu, stamp)
+        set_stamp(joints, stamp)
+        set_tilt(imu.orientation, 0.05 + (0.0 if frozen else 1e-5 * (self.count % 2)))
+        imu.orientation_covariance[0] = 1e-4
+        self._joints.publish(joints)
+        self._imu.publish(imu)
+        end = time.monotonic() + 0.005
+        while time.monotonic() < end:
+            self.graph.executor.spin_once(timeout_sec=0.005)
+
+    def until(self, condition: Callable[[], bool], limit: float = 20.0, **how: Any) -> None:
+        """Feed until the condition holds."""
+        end = time.monotonic() + limit
+        while not condition():
+            assert time.monotonic() < end, "condition not met"
+            self.feed(**how)
+
+    def drives(self) -> bool:
+        """Whether the latest command drives a motor."""
+        return bool(self.commands) and any(self.commands[-1][1])
+
+    def since(self, start: float) -> list[tuple[float, ...]]:
+        """Return the commands since a time."""
+        return [command for at, command in self.commands if at >= start]
+
+    def stopped_after(self, cause: float) -> float:
+        """Return when the last command that drives came, after the cause [s]."""
+        return max((at for at, each in self.commands if any(each)), default=-math.inf) - cause
+
+
+@pytest.fixture
+def robot(graph: Any) -> Robot:
+    return Robot(graph)
+
+
+@pytest.fixture
+def controller(python: str, robot: Robot) -> Iterator[subprocess.Popen[bytes]]:
+    process = subprocess.Popen([python, "-c", PROGRAM], start_new_session=True)
+    robot.until(robot.drives, 60.0)
+    yield process
+    process.kill()
+    process.wait(10)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_stops_them_before_the_node_ends(
+    controller: subprocess.Popen[bytes], robot: Robot, number: signal.Signals
+) -> None:
+    controller.send_signal(number)
+    if number is signal.SIGHUP:
+        controller.send_signal(number)  # the terminal's, then its shell's
+    robot.until(lambda: controller.poll() is not None)
+    assert controller.returncode == 0
+    assert not robot.drives() and robot.commands[-1][1] == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [{"age": 1.0}, {"age": -2.0}, {"age": 1e6}, {"frozen": True}],
+    ids=["stale", "ahead", "another clock", "frozen"],
+)
+def test_a_tilt_that_is_none_stops_them(
+    controller: subprocess.Popen[bytes], robot: Robot, how: dict[str, Any]
+) -> None:
+    cause, count = time.monotonic(), robot.count
+    robot.until(lambda: not robot.drives(), **how)
+    assert robot.count - count <= 20 + SLACK / 0.005
+    robot.until(lambda: robot.count >= count + 250, **how)
+    assert not any(map(any, robot.since(cause + LIMIT + SLACK)))
+    robot.until(robot.drives, 3.0 + 20.0 * SLACK)  # the lean is upright enough: it is stood up
+
+
+def test_silence_and_a_stuck_executor_stop_them(
+    controller: subprocess.Popen[bytes], robot: Robot
+) -> None:
+    cause = time.monotonic()
+    robot.graph.spin_until(lambda: not robot.drives())
+    assert robot.stopped_after(cause) < LIMIT + SLACK
+    robot.until(robot.drives)
+
+
+def test_what_is_not_valid_stops_them(controller: subprocess.Popen[bytes], robot: Robot) -> None:
+    robot.valid.publish(Bool(data=False))
+    robot.until(lambda: not robot.drives())
+    robot.valid.publish(Bool(data=True))
+    robot.until(robot.drives)
+
+
+STUCK = """
+import sys, threading, time
+from twbr_estimation.nodes.controller_node import ControllerNode
+from twbr_estimation.nodes.spin import run
+
+class Stuck(ControllerNode):
+    def _on_joints(self, data):
+        if self._stream.counts["steps"] > 200:
+            lock = threading.Lock()
+            with lock:
+                lock.acquire()
+        super()._on_joints(data)
+
+sys.exit(run(Stuck))
+"""
+
+
+def test_a_callback_that_never_returns_stops_them(python: str, robot: Robot) -> None:
+    process = subprocess.Popen([python, "-c", STUCK], stderr=subprocess.DEVNULL)
+    try:
+        robot.until(robot.drives, 60.0)
+        robot.until(lambda: not robot.drives(), 30.0)
+        start = time.monotonic()
+        robot.until(lambda: time.monotonic() > start + 0.5)
+        later = robot.since(start)
+        assert len(later) >= 2 and not any(map(any, later)), "zeros are repeated"
+    finally:
+        process.kill()
+        process.wait(10)
+
+
+def test_without_a_clock_nothing_moves(python: str, robot: Robot) -> None:
+    command = [python, "-c", PROGRAM, "--ros-args", "-p", "use_sim_time:=true"]
+    process = subprocess.Popen(command, env=os.environ, stderr=subprocess.DEVNULL)
+    try:
+        robot.until(lambda: len(robot.commands) > 200, 60.0)
+        assert not any(any(each) for _, each in robot.commands)
+    finally:
+        process.kill()
+        process.wait(10)
