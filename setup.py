@@ -14,6 +14,7 @@ CONTROL = ["control>=0.10"]
 DOCS = ["mkdocs-material>=9.5", "mkdocstrings[python]>=0.25"]
 DASK = ["distributed>=2023.12"]
 NOISE = ["allantools>=2024.4", "matplotlib>=3.8"]
+PHYSICS = ["mujoco>=3.2"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
 TEST = [
     "pytest>=7.4",
@@ -24,6 +25,7 @@ TEST = [
     *CONTROL,
     *DASK,
     *NOISE,
+    *PHYSICS,
     *REPORT,
 ]
 LINT = ["ruff>=0.6", "mypy>=1.11", "types-PyYAML"]
@@ -68,6 +70,7 @@ setup(
         "docs": DOCS,
         "noise": NOISE,
         "peers": ["vqf>=2.1"],
+        "physics": PHYSICS,
         "report": REPORT,
         "test": TEST,
         "dev": [*TEST, *LINT, *HARDWARE, *DOCS],

@@ -15,7 +15,8 @@ from twbr_estimation.batch import CorrectedTrack
 from twbr_estimation.batch.running import run_compiled
 from twbr_estimation.filters import filter_named
 from twbr_estimation.robot import Robot
-track = CorrectedTrack(np.arange(3), np.full((27, 3), 0.1))
+from twbr_estimation.samples import CorrectedSample
+track = CorrectedTrack(np.arange(3), np.full((len(CorrectedSample._fields), 3), 0.1))
 for name in {names}:
     entry = filter_named(name)
     print(run_compiled(entry, entry.configure(), track, Robot(), None).tilt[-1])

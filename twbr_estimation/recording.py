@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,17 @@ class TemperatureTrack:
     """Header stamps [ns], (m,), strictly increasing."""
     temperature: FloatArray
     """Temperature [degC], (m,)."""
+
+
+class Event(NamedTuple):
+    """A period in which something happens to the robot."""
+
+    name: str
+    """For example `lying`, `carried`, or `after` such an event."""
+    begin: int
+    """[ns]."""
+    end: int
+    """[ns]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ def test_hidden_scale_errors_are_undone(world, seed):
         fit, column = found.axes[axis].fit, "xyz".index(axis)
         bias = found.setup.calibration.accel_bias[column]
         force = np.linspace(fit.valid[0] + 0.2, fit.valid[1] - 0.2, 200)
-        reading = [accel_reading(f, true.accel_bias[column], 0.0, scale, False) for f in force]
+        reading = [accel_reading(f, true.accel_bias[column], 0.0, scale, 0.0) for f in force]
         residual = fit.corrected(np.array(reading) - bias) - force
         assert np.sqrt(np.mean(residual**2)) < 0.05
         assert found.axes[axis].mse_after < 0.5 * found.axes[axis].mse_before

@@ -36,8 +36,39 @@ def sample(dt: float, angle: float, rate: float) -> CorrectedSample:
     )
 
 
+SATURATED = range(3, 6)
+"""Of ten samples, those whose gyro is beyond its range; the first of them has a shock, too."""
+
+
 @pytest.fixture
-def swinging() -> Callable[..., list[CorrectedSample]]:
+def equipment() -> str:
+    """What the samples hold; tests of filters that read wheels or motors go through all."""
+    return "imu"
+
+
+def equipped(samples: list[CorrectedSample], equipment: str) -> list[CorrectedSample]:
+    """Return the samples with one wheel; or with two, then motors, then saturated readings."""
+    found, time = [], 0.0
+    for index, each in enumerate(samples):
+        time += each.dt
+        turned = 2.0 * float(np.sin(3.0 * time)) - each.angle
+        fields = {"wheel_angle": turned, "wheel_count": 1.0}
+        if equipment != "one wheel":
+            both = {"wheel_difference": float(np.sin(time)), "wheel_count": 2.0}
+            fields |= {**both, "gyro_z": 0.2 * float(np.cos(time))}
+        if equipment in ("motors", "saturation"):
+            volts = 2.0 * float(np.cos(4.0 * time))
+            fields |= {"voltage": volts, "voltage_difference": 0.3 * volts, "motor_count": 2.0}
+        if equipment == "saturation" and index % 10 in SATURATED:
+            fields |= {"gyro_saturated_y": 1.0, "gyro_variance_y": 4.8}
+            if index % 10 == SATURATED[0]:
+                fields |= {"accel_saturated_x": 1.0, "accel_variance_x": 96.0}
+        found.append(each if equipment == "imu" else each._replace(**fields))
+    return found
+
+
+@pytest.fixture
+def swinging(equipment: str) -> Callable[..., list[CorrectedSample]]:
     """A robot that swings, its sensors noisy, the sampling period 20 % uneven by default."""
 
     def motion(
@@ -50,7 +81,8 @@ def swinging() -> Callable[..., list[CorrectedSample]]:
         angle = AMPLITUDE * np.sin(FREQUENCY * time) + noise * random.normal(0, ANGLE_NOISE, n)
         rate = AMPLITUDE * FREQUENCY * np.cos(FREQUENCY * time)
         rate += noise * random.normal(0, RATE_NOISE, n)
-        return [sample(*map(float, row)) for row in zip(steps, angle, rate, strict=True)]
+        rows = zip(steps, angle, rate, strict=True)
+        return equipped([sample(*map(float, row)) for row in rows], equipment)
 
     return motion
 

@@ -1,4 +1,4 @@
-"""`twbr simulate -o BAG`: a recording of the simulated rig, with its truth."""
+"""`twbr simulate -o BAG`: a recording of a simulated robot, with its truth."""
 
 from __future__ import annotations
 
@@ -14,32 +14,54 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..bags import write_recording
-from ..configuration.files import write_section
-from ..simulation import SCENES, WORLDS, Simulated, simulate
+from ..bags.events import write_events
+from ..configuration.files import read_setup, write_section
+from ..errors import ConfigurationError
+from ..physics import SCENES as PHYSICS_SCENES
+from ..physics import simulate as simulate_scene
+from ..physics.simulate import USUAL_DURATION
+from ..robot import Robot
+from ..simulation import WORLDS, Simulated, simulate
+
+RIG, MUJOCO = "rig", "mujoco"
+RIG_DURATION = 60.0
+"""Length of a recording of the rig [s]."""
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
+    scenes = "; ".join(f"{name}: {scene.summary}" for name, scene in PHYSICS_SCENES.items())
     worlds = "; ".join(f"{world.name}: {world.summary}" for world in WORLDS.values())
     parser = subparsers.add_parser(
         "simulate",
-        help="make a recording of the simulated rig",
+        help="make a recording of the simulated rig, or of a scene in MuJoCo",
         description="Simulate a balancing robot with its sensors. The same arguments make the "
-        f"same recording. Worlds: {worlds}.",
+        f"same recording. Worlds: {worlds}. Scenes of MuJoCo: {scenes}.",
+    )
+    parser.add_argument(
+        "--physics",
+        choices=(RIG, MUJOCO),
+        default=RIG,
+        help="the project's own rig, or the physics engine MuJoCo (extra `physics`), in which the "
+        "world is that of the sensors and the scene that of the ground; default: rig",
     )
     parser.add_argument("--world", choices=tuple(WORLDS), default="paper", help="default: paper")
     parser.add_argument(
         "--scene",
-        choices=tuple(SCENES),
         default="drive",
-        help="drive through disturbances, stand still, or be held at angles; or, without wheels, "
-        "the stand of Chudzik 2021: static, vibrating, pendulum, jerking; default: drive",
+        metavar="NAME",
+        help="of the rig: drive through disturbances, still, or poses, held at angles; or, without "
+        "wheels, the stand of Chudzik 2021: static, vibrating, pendulum, jerking; of MuJoCo: "
+        f"{', '.join(PHYSICS_SCENES)}; default: drive",
     )
     parser.add_argument(
         "--dt", type=float, default=0.002, metavar="SECONDS", help="default: %(default)s"
     )
     parser.add_argument(
-        "--duration", type=float, default=60.0, metavar="SECONDS", help="default: %(default)s"
+        "--duration",
+        type=float,
+        metavar="SECONDS",
+        help=f"default: {RIG_DURATION:g}, of a scene in MuJoCo {USUAL_DURATION:g}",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="default: %(default)s")
     parser.add_argument(
@@ -49,14 +71,21 @@ def add_parser(subparsers: Any) -> None:
         "--no-truth", action="store_true", help="leave the true tilt out, for a smaller recording"
     )
     parser.add_argument("--overwrite", action="store_true", help="replace an existing recording")
+    group = parser.add_argument_group("in MuJoCo only")
+    group.add_argument(
+        "--config", type=Path, metavar="DIR", help="folder with the robot.yaml to simulate"
+    )
+    group.add_argument(
+        "--clip-first",
+        action="store_true",
+        help="let the IMU clip before its low-pass, so that no reading stands at the limit",
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, write the recording with the robot's description, and say what it holds."""
-    simulated = simulate(
-        arguments.world, arguments.dt, arguments.duration, arguments.seed, arguments.scene
-    )
+    simulated = simulated_by(arguments)
     stored = simulated
     if arguments.no_truth:
         stored = replace(simulated, recording=replace(simulated.recording, truth=None))
@@ -65,8 +94,38 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def simulated_by(arguments: argparse.Namespace) -> Simulated:
+    """Return the simulation that the command line asks for.
+
+    Raises:
+        ConfigurationError: something that cannot be simulated.
+    """
+    world, dt, seed, scene = arguments.world, arguments.dt, arguments.seed, arguments.scene
+    if arguments.physics == MUJOCO:
+        robot = None if arguments.config is None else robot_of(arguments.config)
+        length = USUAL_DURATION if arguments.duration is None else arguments.duration
+        return simulate_scene(
+            scene, dt, length, seed, world=world, robot=robot, clipped_first=arguments.clip_first
+        )
+    if arguments.config is not None or arguments.clip_first:
+        raise ConfigurationError("--config and --clip-first: need --physics mujoco")
+    length = RIG_DURATION if arguments.duration is None else arguments.duration
+    return simulate(world, dt, length, seed, scene)
+
+
+def robot_of(folder: Path) -> Robot:
+    """Return the robot that a configuration folder describes.
+
+    Raises:
+        ConfigurationError: no such folder, or a file that cannot be used.
+    """
+    if not folder.is_dir():
+        raise ConfigurationError(f"{folder}: there is no such configuration folder")
+    return read_setup(folder).robot
+
+
 def write_simulated(path: Path, simulated: Simulated, *, overwrite: bool = False) -> None:
-    """Write a recording with `config/robot.yaml` and `config/calibration.yaml` beside it.
+    """Write a recording with `config/` (robot.yaml, calibration.yaml) and events beside it.
 
     Args:
         path: directory to create.
@@ -77,6 +136,7 @@ def write_simulated(path: Path, simulated: Simulated, *, overwrite: bool = False
         RecordingError: something exists at `path`, or is no recording that may be replaced.
     """
     write_recording(path, simulated.recording, overwrite=overwrite)
+    write_events(path, simulated.events)
     provenance = {"source": simulated.recording.source}
     setup = simulated.setup
     write_section(path / "config" / "robot.yaml", setup.robot, provenance, replace=True)

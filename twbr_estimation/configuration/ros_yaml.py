@@ -50,19 +50,28 @@ class _Loader(yaml.SafeLoader):
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
 
 
+def read_yaml(path: Path) -> Any:
+    """Return what a YAML file holds.
+
+    Raises:
+        ConfigurationError: no such file, or no valid YAML.
+    """
+    try:
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
+    except yaml.YAMLError as error:
+        what = " ".join(str(error).split()).replace('in "<unicode string>", ', "at ")
+        raise ConfigurationError(f"{path}: not valid YAML: {what}") from None
+
+
 def read_parameters(path: Path) -> tuple[Entry, ...]:
     """Return the parameters of one file in the order of the file.
 
     Raises:
         ConfigurationError: no such file, no valid YAML, or not of the form of ROS.
     """
-    try:
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        what = " ".join(str(error).split()).replace('in "<unicode string>", ', "at ")
-        raise ConfigurationError(f"{path}: not valid YAML: {what}") from None
+    content = read_yaml(path)
     found = []
     for node, body in _mapping(path, "the file", content).items():
         if not isinstance(body, dict) or set(body) != {PARAMETERS}:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
 from ..errors import MessageError
@@ -21,6 +20,7 @@ from ..streams.messages import ImuEncoder, WheelDecoder, decode_raw_imu
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
+from .guard import GuardedNode
 from .inputs import declare_inputs, listen
 from .parameters import NodeParameters
 from .qos import overridable, published
@@ -31,7 +31,7 @@ KEPT_SAMPLES = 5_000
 """Raw samples kept for a calibration: five seconds at 1 kHz."""
 
 
-class CorrectionNode(Node):
+class CorrectionNode(GuardedNode):
     """Subscribes, corrects, publishes; the work is done by a `CorrectionStream`."""
 
     def __init__(

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from ..errors import ConfigurationError
 from ..filters.base import Filter
@@ -47,6 +47,8 @@ class Declaration:
     read_only: bool = False
     strings: bool = False
     """True for an array of strings; an empty default does not say so itself."""
+    length: int | None = None
+    """How many numbers an array holds; None where it may be any."""
 
 
 def declarations_of(
@@ -75,8 +77,15 @@ def declarations_of(
         choices = tuple(str(each.value) for each in type(value)) if isinstance(value, Enum) else ()
         default = value.value if isinstance(value, Enum) else value
         strings = str in get_args(hints[entry.name])
-        found.append(Declaration(name, default, text, limits, choices, read_only, strings))
+        length = _length_of(hints[entry.name])
+        found.append(Declaration(name, default, text, limits, choices, read_only, strings, length))
     return tuple(found)
+
+
+def _length_of(hint: Any) -> int | None:
+    """Return how many elements a field's tuple has; None for any number, or for no tuple."""
+    elements = get_args(hint)
+    return len(elements) if get_origin(hint) is tuple and Ellipsis not in elements else None
 
 
 def with_choices(

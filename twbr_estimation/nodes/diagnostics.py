@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import NamedTuple
@@ -9,6 +10,10 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+
+from ..streams.mishaps import described
+from .clock_watch import ClockWatch
+from .guard import Guard
 
 
 class Level(Enum):
@@ -48,6 +53,7 @@ class Diagnostics:
         self._report = report
         self._hardware_id = hardware_id
         self._level = Level.OK
+        self._clock = ClockWatch(node)
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         # Wall time: a node under a simulated clock that stands still must be able to say so.
         wall = Clock(clock_type=ClockType.STEADY_TIME)
@@ -55,7 +61,7 @@ class Diagnostics:
 
     def update(self) -> None:
         """Publish now."""
-        report = self._report()
+        report = self._with_troubles(self._reported())
         status = DiagnosticStatus(
             level=report.level.value,
             name=self._node.get_fully_qualified_name().lstrip("/"),
@@ -67,6 +73,27 @@ class Diagnostics:
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
         self._log_change(report)
+
+    def _reported(self) -> Report:
+        try:
+            return self._report()
+        except Exception as error:  # a report must come in any case
+            if isinstance(self._node, Guard):
+                self._node.mishap("report", error)
+            return Report(Level.ERROR, f"the report failed: {described(error)}", {})
+
+    def _with_troubles(self, report: Report) -> Report:
+        """Add what any node may suffer from: errors in callbacks, a clock that stands still."""
+        level, sentences, values = report.level, [report.message], dict(report.values)
+        if isinstance(self._node, Guard) and self._node.mishaps.counts:
+            values["callback_errors"] = self._node.mishaps.counts.total()
+            if recent := self._node.mishaps.recent(time.monotonic()):
+                sentences.append(f"an error in a callback: {recent}")
+                level = Level.WARN if level is Level.OK else level
+        if silence := self._clock.silence():
+            sentences.insert(0, silence)
+            level = Level.WARN if level is Level.OK else level
+        return Report(level, "; ".join(sentences), values)
 
     def _log_change(self, report: Report) -> None:
         if report.level is self._level:

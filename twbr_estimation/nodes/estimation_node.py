@@ -17,6 +17,7 @@ from ..pipeline.pairing import wheel_reading
 from .correction_node import CorrectionNode
 from .encoder_node import EncoderNode
 from .filter_node import FilterNode
+from .guard import GuardedNode
 from .mpu6050_node import Mpu6050Node
 from .spin import run
 
@@ -29,7 +30,7 @@ DRIVERS = ParameterDescriptor(
 
 def compose(**options: Any) -> list[Node]:
     """Return the connected nodes, each created with these options of `rclpy.node.Node`."""
-    process = Node("estimation_node", **options)
+    process = GuardedNode("estimation_node", **options)
     drivers = process.declare_parameter("drivers", True, DRIVERS).value
     tilt = FilterNode(subscribe=False, **options)
     correction = CorrectionNode(tilt.take, subscribe=not drivers, **options)

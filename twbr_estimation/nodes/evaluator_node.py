@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
@@ -30,6 +29,7 @@ from ..streams.messages import JointStateDecoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .estimator_inputs import estimator_inputs
+from .guard import GuardedNode
 from .parameters import NodeParameters
 from .qos import overridable, published, subscribed
 from .spin import run
@@ -100,7 +100,7 @@ class EvaluatorSettings:
         return Options(self.reference_delay, math.radians(self.reference_offset_deg), self.skip)
 
 
-class EvaluatorNode(Node):
+class EvaluatorNode(GuardedNode):
     """Subscribes, collects, and asks a `LiveEvaluation` for the figures."""
 
     def __init__(self, **options: Any) -> None:

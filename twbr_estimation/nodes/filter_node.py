@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
@@ -20,6 +19,7 @@ from ..streams.messages import decode_motor_command
 from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
+from .guard import GuardedNode
 from .inputs import declare_inputs, listen
 from .spin import run
 from .tilt_outputs import TiltOutputs
@@ -27,7 +27,7 @@ from .tilt_transform import TiltTransform
 from .watchdog import Watchdog
 
 
-class FilterNode(Node):
+class FilterNode(GuardedNode):
     """Subscribes, filters, publishes; the work is done by a `FilterStream`."""
 
     def __init__(self, subscribe: bool = True, **options: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -10,13 +9,15 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.timer import Timer
 
 from ..errors import TwbrError
+from ..streams.mishaps import LOG_PERIOD, described
+from .guard import Guard
 from .watchdog import wall_timer
 
 RETRY_PERIOD = 2.0
 """Time between two attempts of a node that starts by itself [s]."""
 
 
-class DeviceNode(LifecycleNode):
+class DeviceNode(Guard, LifecycleNode):
     """Opens its device on configure, reads it while active, closes it on cleanup.
 
     With the parameter `autostart` (true by default, so that `ros2 run` alone gives data)
@@ -86,8 +87,9 @@ class DeviceNode(LifecycleNode):
                 self.failure = str(error)
                 self.get_logger().error(self.failure)
             return TransitionCallbackReturn.FAILURE
-        except Exception:  # a defect; rclpy would swallow it without a word
-            self.get_logger().error(traceback.format_exc())
+        except Exception as error:  # a defect; rclpy would swallow it without a word
+            self.failure = described(error)
+            self.mishap("configure", error)
             return TransitionCallbackReturn.ERROR
         self.failure = ""
         self.is_open = True
@@ -120,6 +122,25 @@ class DeviceNode(LifecycleNode):
         self.get_logger().error(f"transition from {state.label} failed; unconfigured again")
         self._close()
         return TransitionCallbackReturn.SUCCESS
+
+    def _LifecycleNodeMixin__change_state(  # noqa: N802
+        self, transition: int
+    ) -> TransitionCallbackReturn:
+        """Make a transition; one that is not possible now is a failure and changes nothing.
+
+        The name is that of rclpy's own method, which raises there and so ends the node.
+        """
+        possible = {
+            number: label for number, label, *_ in self._state_machine.available_transitions
+        }
+        if transition not in possible:
+            state = self._state_machine.current_state[1]
+            wanted = ", ".join(possible.values()) or "none"
+            text = f"transition {transition} is not possible while {state}; possible: {wanted}"
+            self.get_logger().warning(text, throttle_duration_sec=LOG_PERIOD)
+            return TransitionCallbackReturn.FAILURE
+        result: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition)
+        return result
 
     def destroy_node(self) -> None:
         """Close the device with the node."""

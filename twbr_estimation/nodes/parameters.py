@@ -84,15 +84,18 @@ class NodeParameters(Generic[Built]):
         mine = {each.name: each for each in changes if each.name in self._defaults}
         if not mine:
             return None
-        return {**self._values, **{name: _plain(each.value) for name, each in mine.items()}}
+        given = {name: _plain(each.value) for name, each in mine.items()}
+        for name, value in given.items():
+            require_length(self._defaults[name], value)
+        return {**self._values, **given}
 
     def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
-        values = self._merged(changes)
-        if values is not None:
-            try:
+        try:
+            values = self._merged(changes)
+            if values is not None:
                 self._build(values)
-            except TwbrError as error:
-                return SetParametersResult(successful=False, reason=str(error))
+        except TwbrError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _on_changed(self, changes: list[Parameter]) -> None:
@@ -104,20 +107,84 @@ class NodeParameters(Generic[Built]):
             self._apply(self.current)
 
 
+def require_length(declaration: Declaration, value: Any) -> None:
+    """Check how many numbers an array holds.
+
+    Raises:
+        ConfigurationError: another number than the parameter has.
+    """
+    length = declaration.length
+    if length is not None and len(value) != length:
+        raise ConfigurationError(
+            f"{declaration.name}: {len(value)} numbers, {list(value)}, where {length} are needed"
+        )
+
+
 def _declare(node: Node, declaration: Declaration) -> Any:
     """Declare one parameter and return its first value."""
     default = declaration.default
+    _use_declared_type(node, declaration)
     try:
         if default == ():
             _declare_empty(node, declaration)
         else:
             initial = list(default) if isinstance(default, tuple) else default
             node.declare_parameter(declaration.name, initial, descriptor_of(declaration))
-    except InvalidParameterTypeException as error:
-        raise ConfigurationError(f"{error}; a double needs a decimal point, as in 1.0") from None
+    except InvalidParameterTypeException:
+        raise ConfigurationError(_wrong_type(node, declaration)) from None
     except InvalidParameterValueException as error:
         raise ConfigurationError(str(error)) from None
-    return _plain(node.get_parameter(declaration.name).value)
+    value = _plain(node.get_parameter(declaration.name).value)
+    require_length(declaration, value)
+    return value
+
+
+def _use_declared_type(node: Node, declaration: Declaration) -> None:
+    """Give an initial array the type that is declared: `[0, 0]` for doubles, and an empty one."""
+    given = node._parameter_overrides.get(declaration.name)
+    if given is None or not isinstance(declaration.default, tuple):
+        return
+    kind = _array_type(declaration)
+    if given.type_ is Parameter.Type.NOT_SET:
+        node._parameter_overrides[given.name] = Parameter(given.name, kind, [])
+    elif (given.type_, kind) == (Parameter.Type.INTEGER_ARRAY, Parameter.Type.DOUBLE_ARRAY):
+        numbers = [float(each) for each in given.value]
+        node._parameter_overrides[given.name] = Parameter(given.name, kind, numbers)
+
+
+def _array_type(declaration: Declaration) -> Parameter.Type:
+    if declaration.default == ():
+        strings = Parameter.Type.STRING_ARRAY, Parameter.Type.DOUBLE_ARRAY
+        return strings[0] if declaration.strings else strings[1]
+    return Parameter.Type.from_parameter_value(list(declaration.default))
+
+
+_NEEDED = {
+    Parameter.Type.BOOL: "true or false",
+    Parameter.Type.INTEGER: "a whole number",
+    Parameter.Type.DOUBLE: "a number with a decimal point, as in 1.0",
+    Parameter.Type.STRING: "a text; quote what YAML takes for something else, as in '\"1\"'",
+    Parameter.Type.INTEGER_ARRAY: "a list of whole numbers, as in [1, 2]",
+    Parameter.Type.DOUBLE_ARRAY: "a list of numbers, as in [0.0, 0.5]",
+}
+
+
+def _wrong_type(node: Node, declaration: Declaration) -> str:
+    """Return what an initial value of the wrong type must be instead."""
+    default, given = declaration.default, node._parameter_overrides[declaration.name].value
+    kind = (
+        _array_type(declaration)
+        if isinstance(default, tuple)
+        else Parameter.Type.from_parameter_value(default)
+    )
+    if kind is Parameter.Type.STRING_ARRAY:
+        word = given if isinstance(given, str) else "name"
+        needed = f"a list of texts, as in ['{word}']"
+    else:
+        needed = _NEEDED[kind]
+        if kind is Parameter.Type.INTEGER:
+            needed = f"a whole number, as in {_whole_number(given)}"
+    return f"{declaration.name}: {given!r} is of the wrong type; needed is {needed}"
 
 
 def _declare_empty(node: Node, declaration: Declaration) -> None:
@@ -126,7 +193,7 @@ def _declare_empty(node: Node, declaration: Declaration) -> None:
     It must get a value all the same: asked for many parameters of which one has no value,
     rclpy answers with none, and `ros2 param dump` writes an empty file.
     """
-    kind = Parameter.Type.STRING_ARRAY if declaration.strings else Parameter.Type.DOUBLE_ARRAY
+    kind = _array_type(declaration)
     descriptor = descriptor_of(declaration)
     descriptor.read_only = False
     if node.declare_parameter(declaration.name, kind, descriptor).value is None:
@@ -136,6 +203,14 @@ def _declare_empty(node: Node, declaration: Declaration) -> None:
     node.set_descriptor(declaration.name, final)
 
 
+def _whole_number(value: Any) -> int:
+    """Return the whole number that is meant, or any."""
+    try:
+        return int(value, 0) if isinstance(value, str) else int(value)
+    except (TypeError, ValueError, OverflowError):
+        return 1
+
+
 def _plain(value: Any) -> Any:
     """Return arrays as tuples, everything else as it is."""
-    return value if isinstance(value, (bool, int, float, str)) else tuple(value)
+    return value if isinstance(value, (bool, int, float, str, type(None))) else tuple(value)

@@ -18,7 +18,6 @@ from typing import Annotated, Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import Trigger
 
@@ -29,6 +28,7 @@ from ..streams.replay.pacing import Pace, Window
 from ..streams.replay.player import Player, Stretch, stamp_of
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
+from .guard import GuardedNode
 from .message_types import has_header, message_type
 from .parameters import NodeParameters
 from .qos import overridable, published
@@ -96,7 +96,7 @@ class ReplaySettings:
         require_bounds(self)
 
 
-class ReplayNode(Node):
+class ReplayNode(GuardedNode):
     """Publishes from a thread; services and reports come in through the executor."""
 
     def __init__(self, **options: Any) -> None:
@@ -294,7 +294,8 @@ class ReplayNode(Node):
             return
         self._end_timer.cancel()
         if self._error is not None:
-            raise self._error
+            self.get_logger().fatal(str(self._error))
+            raise SystemExit(1)
         self._state = "finished"
         self.get_logger().info(f"played {self.player.played} messages of {self._settings.bag}")
         if self._settings.exit_at_end:

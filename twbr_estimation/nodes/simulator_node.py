@@ -35,6 +35,7 @@ from ..streams.simulator.simulator import Simulator
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .encoder_node import EncoderNode
+from .guard import GuardedNode
 from .inputs import listen
 from .mpu6050_node import Mpu6050Node
 from .parameters import NodeParameters
@@ -46,7 +47,7 @@ SETTLING = 1.0
 """In lockstep: wall time between finding the graph and the first step [s]."""
 
 
-class SimulatorNode(Node):
+class SimulatorNode(GuardedNode):
     """Feeds a `Simulator` with time and commands, and publishes what it reads."""
 
     def __init__(self, **options: Any) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import gc
 import signal
+import sys
 import threading
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import FrameType
 
 import rclpy
@@ -15,7 +17,11 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from ..errors import TwbrError
+from ..errors import ConfigurationError, TwbrError
+from ..streams.mishaps import described
+from .command_line import CommandLine, prepared, temporary_folder
+from .guard import Guard
+from .start import REFUSED, refusal, start_warnings
 
 WAKE_PERIOD = 0.2
 """Longest time the executor sleeps before it looks for a signal again [s]."""
@@ -34,7 +40,8 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
     """Create one node or several in one process and spin them until shutdown.
 
     A node ends its process by raising `SystemExit(status)` in a callback. Errors of this
-    package are logged in one line; anything else is a defect and keeps its traceback.
+    package and what rcl refuses at the start are logged in one line; anything else at the start
+    is a defect and keeps its traceback.
 
     Args:
         create: Returns the node or nodes; called once the context is up.
@@ -46,34 +53,82 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
     nodes: list[Node] = []
     stop = threading.Event()
     try:
-        # Not rclpy's own handlers: they end the context under a callback that is publishing.
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        line = _initialised(sys.argv if arguments is None else arguments)
         _stop_on_signals(stop)
         executor = make_executor()
-        created = create()
+        created = _created(create)
         nodes.extend(created if isinstance(created, Sequence) else [created])
+        for warning in start_warnings(nodes, line.files):
+            nodes[0].get_logger().warning(warning)
         for node in nodes:
             executor.add_node(node)
         gc.freeze()  # what lives as long as the process need not be searched while it runs
-        while rclpy.ok() and not stop.is_set():
-            executor.spin_once(timeout_sec=WAKE_PERIOD)
+        _spin(executor, nodes, stop)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     except TwbrError as error:
-        get_logger(nodes[0].get_name() if nodes else "twbr_estimation").fatal(str(error))
+        get_logger(nodes[0].get_name() if nodes else _program()).fatal(str(error))
         return 1
     finally:
         _clean_up(nodes)
     return 0
 
 
+def _initialised(arguments: list[str]) -> CommandLine:
+    """Start rclpy; return the command line that it was given.
+
+    Raises:
+        ConfigurationError: rcl refuses the arguments or the environment.
+    """
+    with temporary_folder() as folder:
+        line = prepared(arguments, Path(folder))
+        try:
+            # Not rclpy's own handlers: they end the context under a callback that is publishing.
+            rclpy.init(args=line.arguments, signal_handler_options=SignalHandlerOptions.NO)
+        except (RuntimeError, ValueError) as error:
+            raise ConfigurationError(refusal(error)) from None
+    return line
+
+
+def _created(create: Callable[[], Node | Sequence[Node]]) -> Node | Sequence[Node]:
+    try:
+        return create()
+    except REFUSED as error:
+        raise ConfigurationError(refusal(error)) from None
+
+
+def _spin(executor: Executor, nodes: list[Node], stop: threading.Event) -> None:
+    """Spin until shutdown; what a guard could not catch is counted by the first guarded node."""
+    guarded = [node for node in nodes if isinstance(node, Guard)]
+    while rclpy.ok() and not stop.is_set():
+        try:
+            executor.spin_once(timeout_sec=WAKE_PERIOD)
+        except (TwbrError, ExternalShutdownException):
+            raise
+        except Exception as error:
+            if not guarded or not rclpy.ok():
+                raise
+            guarded[0].mishap("the executor", error)
+
+
+def _program() -> str:
+    """Return the name of the command, before there is a node with a name."""
+    return Path(sys.argv[0]).stem or "twbr_estimation"
+
+
 def _stop_on_signals(stop: threading.Event) -> None:
-    """Let the first SIGINT or SIGTERM set `stop`, and a second one act as usual."""
+    """Let the first SIGINT, SIGTERM or SIGHUP set `stop`.
+
+    A second SIGINT or SIGTERM acts as usual; SIGHUP often comes twice, from the terminal and from
+    its shell. A process that was started to outlive its terminal (`nohup`) ignores SIGHUP.
+    """
     if threading.current_thread() is not threading.main_thread():
         return
     usual = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        usual[signal.SIGHUP] = signal.SIG_IGN
 
     def handle(number: int, frame: FrameType | None) -> None:
         stop.set()
@@ -91,7 +146,10 @@ def _clean_up(nodes: list[Node]) -> None:
     """
     _ignore_interrupts()
     for node in reversed(nodes):
-        node.destroy_node()
+        try:
+            node.destroy_node()
+        except Exception as error:  # the other nodes must still stop what they drive
+            get_logger(node.get_name()).error(f"while it ended: {described(error)}")
     rclpy.try_shutdown()
     _ignore_interrupts()  # the shutdown has put the old handler back
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..robot import Calibration
+from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
 
 GYRO_RESOLUTION = math.radians(1.0 / 131.0)
@@ -57,6 +57,17 @@ class ImuErrors(NamedTuple):
     scale_z: ScaleError
     digital: bool
     """Whether readings saturate and are quantised."""
+    gyro_resolution: float = GYRO_RESOLUTION
+    """One count of the gyro [rad/s]."""
+    accel_resolution: float = ACCEL_RESOLUTION
+    """One count of the accelerometer [m/s^2]."""
+
+
+def resolutions(robot: Robot) -> tuple[float, float]:
+    """Return one count of gyro [rad/s] and accelerometer [m/s^2] at a robot's ranges."""
+    gyro = robot.gyro_range / math.radians(250.0)
+    accel = robot.accel_range / (2.0 * STANDARD_GRAVITY)
+    return gyro * GYRO_RESOLUTION, accel * ACCEL_RESOLUTION
 
 
 def scale_error(calibration: Calibration, axis: str) -> ScaleError:
@@ -94,11 +105,19 @@ def residual_error(force: float, scale: ScaleError) -> float:
 
 
 def accel_reading(
-    force: float, bias: float, noise: float, scale: ScaleError, digital: bool
+    force: float, bias: float, noise: float, scale: ScaleError, resolution: float
 ) -> float:
-    """Return the reading of one axis for a specific force; `noise` is drawn outside."""
+    """Return the reading of one axis for a specific force.
+
+    Args:
+        force: true specific force [m/s^2].
+        bias: of the axis [m/s^2].
+        noise: drawn outside [m/s^2].
+        scale: of the axis.
+        resolution: one count [m/s^2]; 0 for an axis that is not digital.
+    """
     reading = unscaled(force + residual_error(force, scale), scale) + bias + noise
-    return _counted(reading, ACCEL_RESOLUTION) if digital else reading
+    return _counted(reading, resolution) if resolution > 0.0 else reading
 
 
 def read(
@@ -122,18 +141,19 @@ def read(
     z += errors.gyro_noise * noise[2]
     if errors.digital:
         x, y, z = (
-            _counted(x, GYRO_RESOLUTION),
-            _counted(y, GYRO_RESOLUTION),
-            _counted(z, GYRO_RESOLUTION),
+            _counted(x, errors.gyro_resolution),
+            _counted(y, errors.gyro_resolution),
+            _counted(z, errors.gyro_resolution),
         )
-    bias, spread, digital = errors.accel_bias, errors.accel_noise, errors.digital
+    bias, spread = errors.accel_bias, errors.accel_noise
+    count = errors.accel_resolution if errors.digital else 0.0
     return (
         x,
         y,
         z,
-        accel_reading(force[0], bias[0], spread[0] * noise[3], errors.scale_x, digital),
-        accel_reading(force[1], bias[1], spread[1] * noise[4], errors.scale_y, digital),
-        accel_reading(force[2], bias[2], spread[2] * noise[5], errors.scale_z, digital),
+        accel_reading(force[0], bias[0], spread[0] * noise[3], errors.scale_x, count),
+        accel_reading(force[1], bias[1], spread[1] * noise[4], errors.scale_y, count),
+        accel_reading(force[2], bias[2], spread[2] * noise[5], errors.scale_z, count),
     )
 
 

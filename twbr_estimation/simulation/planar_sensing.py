@@ -10,7 +10,7 @@ import numpy as np
 from ..recording import FloatArray
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
-from ..sensors.error_model import ImuErrors, Triple, low_passed, scale_error
+from ..sensors.error_model import ImuErrors, Triple, low_passed, resolutions, scale_error
 from .disturbances import STEP, stream
 from .worlds import World
 
@@ -140,8 +140,17 @@ def mount_of(robot: Robot, world: World) -> Mount:
     return Mount(arm[0], arm[2], rotation, world.gyro_lag, accel_lag)  # type: ignore[arg-type]
 
 
-def imu_errors(world: World, calibration: Calibration, seed: int) -> ImuErrors:
-    """Return what is wrong with the IMU of a world; the residual's shape varies by seed."""
+def imu_errors(
+    world: World, calibration: Calibration, seed: int, robot: Robot | None = None
+) -> ImuErrors:
+    """Return what is wrong with the IMU of a world; the residual's shape varies by seed.
+
+    Args:
+        world: its errors.
+        calibration: the deterministic ones.
+        seed: of the draw.
+        robot: gives the ranges; +-250 deg/s and +-2 g where None.
+    """
     phases = stream(seed, "residual").uniform(0.0, 2.0 * math.pi, (3, 2)).tolist()
     amplitude = world.calibration_residual / RESIDUAL_RMS
     scales = [
@@ -149,6 +158,7 @@ def imu_errors(world: World, calibration: Calibration, seed: int) -> ImuErrors:
         for axis, pair in zip("xyz", phases, strict=True)
     ]
     gain = 1.0 + world.gyro_scale_error
+    gyro_count, accel_count = resolutions(robot or Robot())
     return ImuErrors(
         gyro_bias=calibration.gyro_bias,
         gyro_gain=(gain, gain, gain),
@@ -160,6 +170,8 @@ def imu_errors(world: World, calibration: Calibration, seed: int) -> ImuErrors:
         scale_y=scales[1],
         scale_z=scales[2],
         digital=world.digital,
+        gyro_resolution=gyro_count,
+        accel_resolution=accel_count,
     )
 
 

@@ -104,7 +104,7 @@ class SimulatedRobot:
         self._delay = _steps("command_delay", command_delay) if command_delay else 0
         self._stay_down = stay_down
         self.plant = self.true_setup.robot.plant()
-        self._errors = imu_errors(self.world, self.world.calibration, seed)
+        self._errors = imu_errors(self.world, self.world.calibration, seed, self.true_setup.robot)
         self._count = _steps("duration", duration) + _CLOSING_STEPS + 1
         self._senses = self._draw(seed, disturbed=disturbed, compiled=compiled)
         self._compiled, self._stretch, self._read_imu = compiled, stretch, read

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ConfigurationError
-from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
+from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
 from .kernels import measure, measure_felt
@@ -44,6 +44,8 @@ class Simulated:
     """How often the robot fell to its stops."""
     saturated: float
     """Share of the samples with a saturated gyro axis."""
+    events: tuple[Event, ...] = ()
+    """What happens to the robot, where the scene says it."""
 
     @property
     def drive(self) -> Drive:
@@ -129,7 +131,7 @@ def _imu(
     """Return what the IMU reads."""
     noise = stream(seed, "noise").standard_normal((samples, 6))
     drift = gyro_drift(world, samples, every * STEP, seed)
-    errors = imu_errors(world, world.calibration, seed)
+    errors = imu_errors(world, world.calibration, seed, true.robot)
     mount = mount_of(true.robot, world)
     if world.track_width == 0.0:
         readings = measure(performed.motion, mount, errors, drift, noise, every)

@@ -1,0 +1,40 @@
+"""Whether a simulated clock runs: under `use_sim_time` nothing happens without `/clock`."""
+
+from __future__ import annotations
+
+import time
+
+from rclpy.node import Node
+
+SILENCE = 2.0
+"""A simulated clock that stands still for longer [s] is worth a word."""
+
+
+class ClockWatch:
+    """Looks at a node's clock now and then."""
+
+    def __init__(self, node: Node) -> None:
+        """`node`: whose clock it is."""
+        self._node = node
+        self._reading = 0
+        self._moved = time.monotonic()
+
+    def age(self) -> float:
+        """Return for how long the simulated clock has stood still [s]; 0 where time is real."""
+        now = time.monotonic()
+        clock = self._node.get_clock()
+        reading = clock.now().nanoseconds
+        if reading != self._reading or not clock.ros_time_is_active:
+            self._reading, self._moved = reading, now
+        return now - self._moved
+
+    def silence(self) -> str:
+        """Return that nobody publishes `/clock`, where that is so; else nothing."""
+        age = self.age()
+        if not self._node.get_clock().ros_time_is_active:
+            return ""
+        if self._reading == 0:
+            return "use_sim_time is true and nothing has come on /clock"
+        if age < SILENCE:
+            return ""
+        return f"use_sim_time is true and /clock has stood still for {age:.0f} s"
