@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from twbr_estimation.batch import correct, run_filter
+from twbr_estimation.batch import run_filter
+from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Setup
 from twbr_estimation.scoring.errors import Association, Options, score
@@ -40,7 +40,7 @@ def errors_of(
 ) -> dict[str, float]:
     """Return the mean square errors of several filters on one recording [deg^2]."""
     assert recording.reference is not None
-    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    corrected = Drive(recording, setup).corrected
     association = Association(recording.reference, Options())
     first = int(recording.imu.stamps[0])
     found = {}

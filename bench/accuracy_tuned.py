@@ -15,7 +15,6 @@ from collections.abc import Iterable
 
 from twbr_estimation.configuration.presets import preset
 from twbr_estimation.filters import filter_named
-from twbr_estimation.scoring.errors import Options
 from twbr_estimation.simulation import simulate
 from twbr_estimation.tuning.correction import tune_correction
 from twbr_estimation.tuning.filter import TunedFilter, TuningTask, mean_square_error, tune_filter
@@ -30,7 +29,7 @@ OURS = "ins_odometer"
 def recordings(world: str, dt: float, seeds: Iterable[int]) -> tuple[TuningSet, ...]:
     """Return simulated recordings, corrected, with their reference."""
     made = (simulate(world, dt, 60.0, seed) for seed in seeds)
-    return tuple(prepare(each.recording, each.setup, Options()) for each in made)
+    return tuple(prepare(each.drive) for each in made)
 
 
 def best_tuned(

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from twbr_estimation.batch import CorrectedTrack, run_filter
+from twbr_estimation.batch import CorrectedTrack
+from twbr_estimation.batch.running import run_compiled
 from twbr_estimation.filters import filter_named
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample
@@ -71,7 +72,7 @@ def main() -> int:
             values = np.array([getattr(chosen, each) for each in parameter_names])
 
             def ours(entry=entry, chosen=chosen) -> object:
-                return run_filter(entry, chosen, track, Robot())
+                return run_compiled(entry, chosen, track, Robot(), None)
 
             def peer(name=name, values=values) -> object:
                 out = np.zeros((4, SAMPLES))

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.batch import CorrectedTrack
+from twbr_estimation.batch.running import run_compiled
 from twbr_estimation.filters import filter_named
 from twbr_estimation.filters.inertial.error_state import STATES
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
 from twbr_estimation.simulation import simulate
@@ -40,7 +40,7 @@ ENTRY = filter_named("ins_odometer")
 def drive(world: str, wheels: str, period: float) -> tuple[CorrectedTrack, Setup]:
     """Return the first samples of a drive that are past the start."""
     made = simulate(world, period, 10.0 + SAMPLES * period, SEED)
-    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    track = made.drive.corrected
     columns = np.ascontiguousarray(track.columns[:, -SAMPLES:])
     if wheels == "no wheel":
         columns[CorrectedSample._fields.index("wheel_count")] = 0.0
@@ -63,7 +63,7 @@ def least(runs: dict[Any, Callable[[], object]]) -> dict[Any, float]:
 def compiled(cases: dict[tuple[str, str, float], tuple[CorrectedTrack, Setup]]) -> None:
     """Print the time of a compiled sample."""
     runs: dict[Any, Callable[[], object]] = {
-        case: partial(run_filter, ENTRY, ENTRY.configure(), track, setup.robot)
+        case: partial(run_compiled, ENTRY, ENTRY.configure(), track, setup.robot, None)
         for case, (track, setup) in cases.items()
     }
     runs["VQF"] = vqf_run(*cases["W1", "one wheel", 0.005])

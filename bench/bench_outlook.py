@@ -15,9 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.batch import CorrectedTrack, run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.simulation import Simulated, simulate
 
 CASES = tuple(product(("paper", "W1", "W2"), (0.002, 0.01)))
@@ -28,23 +27,20 @@ GRID = tuple(product((3e-7, 1e-6, 3e-6, 1e-5, 3e-5), (1e-14, 1e-13, 1e-12)))
 OUTLOOK = ("kalman_adaptive", "kalman_extended")
 
 
-class Drive(NamedTuple):
+class Corrected(NamedTuple):
     """One recording, corrected."""
 
     simulated: Simulated
     corrected: CorrectedTrack
 
 
-def drives(world: str, dt: float, seeds: range) -> list[Drive]:
+def drives(world: str, dt: float, seeds: range) -> list[Corrected]:
     """Return one minute per seed."""
     simulated = [simulate(world, dt, 60.0, seed) for seed in seeds]
-    return [
-        Drive(each, correct(pair(each.recording.imu, each.recording.wheels), each.setup))
-        for each in simulated
-    ]
+    return [Corrected(each, each.drive.corrected) for each in simulated]
 
 
-def errors(name: str, values: Mapping[str, float], found: list[Drive]) -> list[float]:
+def errors(name: str, values: Mapping[str, float], found: list[Corrected]) -> list[float]:
     """Return the mean square error of each recording [deg^2]."""
     entry, mse = filter_named(name), []
     for simulated, corrected in found:

@@ -6,12 +6,13 @@ python bench/bench_oversampling.py [SEEDS]
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 
-from twbr_estimation.batch import CorrectedTrack, correct, oversampled, run_filter
+from twbr_estimation.batch import CorrectedTrack, oversampled, run_filter
+from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import ImuTrack
 from twbr_estimation.simulation import Simulated, simulate
 
@@ -37,7 +38,7 @@ def plain(simulated: Simulated, every: int) -> CorrectedTrack:
     """Return what a loop gets that reads one sample an interval."""
     imu = simulated.recording.imu
     slow = ImuTrack(imu.stamps[::every], imu.gyro[::every], imu.accel[::every])
-    return correct(pair(slow, simulated.recording.wheels), simulated.setup)
+    return Drive(replace(simulated.recording, imu=slow), simulated.setup).corrected
 
 
 def main(seeds: int) -> None:
@@ -46,7 +47,7 @@ def main(seeds: int) -> None:
     print("|---|---|---|---|---|---|")
     for world in WORLDS:
         drives = [simulate(world, FAST, 60.0, FIRST_SEED + k) for k in range(seeds)]
-        fast = [correct(pair(s.recording.imu, s.recording.wheels), s.setup) for s in drives]
+        fast = [s.drive.corrected for s in drives]
         for every in LOOPS:
             slow = [plain(simulated, every) for simulated in drives]
             kept = [oversampled(corrected, FAST * every) for corrected in fast]

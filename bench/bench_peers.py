@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from real_recordings import own_tilt, vqf_tilt
 
-from twbr_estimation.batch import correct
-from twbr_estimation.pipeline.pairing import pair
+from twbr_estimation.drives import Drive
 from twbr_estimation.recording import FloatArray, Recording, TiltTrack
 from twbr_estimation.robot import Setup
 from twbr_estimation.scoring.errors import Options, score_recording
@@ -52,8 +52,8 @@ def estimators(case: Case) -> dict[str, Callable[[], FloatArray]]:
     """Return what to run, by name."""
     recording, setup = case.recording, case.setup
     fed = {
-        "": correct(pair(recording.imu, recording.wheels), setup),
-        ", no wheel": correct(pair(recording.imu, None), setup),
+        "": Drive(recording, setup).corrected,
+        ", no wheel": Drive(replace(recording, wheels=None), setup).corrected,
     }
     found: dict[str, Callable[[], FloatArray]] = {}
     for name in OURS:

@@ -16,9 +16,8 @@ from dataclasses import replace
 import numpy as np
 from accuracy import CAUSES as BUILT_IN
 
-from twbr_estimation.batch import correct, run_filter
+from twbr_estimation.batch import run_filter
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.cramer_rao.rig import bound
 from twbr_estimation.simulation.simulate import Simulated
@@ -40,7 +39,7 @@ def figures_of(made: Simulated, skip: float, bounded: bool) -> list[float]:
     """Return bound, error and NEES of filter and smoother, from `skip` seconds on."""
     begin = round(skip / made.recording.dt)
     assert made.recording.truth is not None
-    corrected = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    corrected = made.drive.corrected
     entry, truth = filter_named(SMOOTHER), made.recording.truth.tilt
     causal = run_filter(entry, entry.configure(), corrected, made.setup.robot)
     found = smooth(corrected, made.setup.robot)

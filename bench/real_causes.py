@@ -20,13 +20,12 @@ from real_recordings import BROAD, UIUC, UIUC_SKIP, broad, own_tilt, setup_of, u
 from scipy.signal import butter, sosfiltfilt
 from scipy.spatial.transform import Rotation
 
-from twbr_estimation.batch import correct
 from twbr_estimation.calibration.geometry import WIDTH
 from twbr_estimation.calibration.gyro_scale import fit_gyro
 from twbr_estimation.calibration.signals import signals_of
+from twbr_estimation.drives import Drive
 from twbr_estimation.imports.broad import BODY_AXES
 from twbr_estimation.imports.imported import matlab_variables
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, Recording
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
@@ -91,7 +90,7 @@ def broad_causes(data: Path, trial: str, axis: str) -> dict[str, Undo]:
 def uiuc_causes(recording: Recording, setup: Setup) -> dict[str, Undo]:
     """Return what to undo on the motor shaft, by name: the encoder tells gain, bias and scale."""
     assert recording.reference is not None
-    gain = fit_gyro([signals_of(recording, setup)], WIDTH).gain
+    gain = fit_gyro([signals_of(Drive(recording, setup))], WIDTH).gain
     tilt, known = Association(recording.reference).at(recording.imu.stamps)
     accel, ones = recording.imu.accel[known], np.ones(int(known.sum()))
     gravity = STANDARD_GRAVITY
@@ -132,7 +131,7 @@ def judged(
 ) -> Score:
     """Return one filter's errors on one recording."""
     assert recording.reference is not None
-    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    corrected = Drive(recording, setup).corrected
     tilt = own_tilt(name, values, corrected, setup)
     first = int(recording.imu.stamps[0]) + round(skip * 1e9)
     return score(corrected.stamps, tilt, Association(recording.reference), first)

@@ -20,11 +20,11 @@ from typing import NamedTuple
 import numpy as np
 import vqf
 
-from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.batch import CorrectedTrack, run_filter
+from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.imports import imported
 from twbr_estimation.messages import tilt_of_quaternion
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, Recording, TiltTrack
 from twbr_estimation.robot import Setup
 from twbr_estimation.scoring.errors import Association, Options, score
@@ -131,7 +131,7 @@ def judged(recording: Recording, track: TiltTrack, skip: float) -> Figures:
 def row(case: Case) -> dict[str, Figures]:
     """Return the figures of every estimator on one recording."""
     recording, setup = case.recording, case.setup
-    corrected = correct(pair(recording.imu, recording.wheels), setup)
+    corrected = Drive(recording, setup).corrected
 
     def judge(tilt: FloatArray) -> Figures:
         return judged(recording, TiltTrack(corrected.stamps, tilt), case.skip)

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from twbr_estimation.batch import CorrectedTrack, EstimateTrack, correct, run_filter
+from twbr_estimation.batch import CorrectedTrack, EstimateTrack, run_filter
+from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
@@ -46,9 +46,9 @@ def made(world: str, dt: float, seed: int) -> Simulated:
 
 def corrected(simulated: Simulated, keep: Any = slice(None)) -> CorrectedTrack:
     """Return its corrected samples, of the IMU samples that `keep` chooses."""
-    imu, wheels = simulated.recording.imu, simulated.recording.wheels
+    imu = simulated.recording.imu
     kept = replace(imu, stamps=imu.stamps[keep], gyro=imu.gyro[keep], accel=imu.accel[keep])
-    return correct(pair(kept, wheels), simulated.setup)
+    return Drive(replace(simulated.recording, imu=kept), simulated.setup).corrected
 
 
 def run(track: CorrectedTrack, setup: Setup, values: Mapping[str, float]) -> EstimateTrack:

@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 from real_recordings import BROAD, broad
 
-from twbr_estimation.batch import correct, run_filter
+from twbr_estimation.batch import run_filter
+from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
-from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Setup
 from twbr_estimation.scoring.errors import Association, Options, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.simulate import Simulated
-from twbr_estimation.smoothing import SMOOTHER, smooth, smooth_recording
+from twbr_estimation.smoothing import SMOOTHER, smooth
 from twbr_estimation.tuning.filter import TuningTask, tune_filter
 from twbr_estimation.tuning.objective import TuningSet, prepare
 
@@ -40,7 +40,7 @@ def real_table(folder: Path) -> None:
                 log = broad(folder, trial, axis)
                 recording = log.recording if wheels else replace(log.recording, wheels=None)
                 setup = Setup(log.robot, log.calibration, log.correction or Setup().correction)
-                corrected = correct(pair(recording.imu, recording.wheels), setup)
+                corrected = Drive(recording, setup).corrected
                 causal = run_filter(entry, entry.configure(), corrected, setup.robot)
                 found = smooth(corrected, setup.robot)
                 assert recording.reference is not None
@@ -61,9 +61,9 @@ def tuning_table(world: str, dt: float, names: list[str], first: int, drives: in
     """Print what filters reach that were tuned against either reference."""
     made = [simulate(world, dt, 60.0, seed) for seed in range(first, first + 2 * drives)]
     training, verification = made[:drives], made[drives:]
-    judged = tuple(prepare(each.recording, each.setup) for each in verification)
+    judged = tuple(prepare(each.drive) for each in verification)
     references = {
-        "encoder": tuple(prepare(each.recording, each.setup) for each in training),
+        "encoder": tuple(prepare(each.drive) for each in training),
         "smoothed": tuple(_smoothed(each) for each in training),
     }
     print(f"\n| {world}, {dt * 1e3:g} ms | tuned against | values | verification MSE |")
@@ -76,8 +76,7 @@ def tuning_table(world: str, dt: float, names: list[str], first: int, drives: in
 
 
 def _smoothed(made: Simulated) -> TuningSet:
-    track = smooth_recording(made.recording, made.setup).as_track()
-    return prepare(replace(made.recording, reference=track), made.setup)
+    return prepare(made.drive.with_reference(made.drive.smoothed().as_track()))
 
 
 def main() -> int:
