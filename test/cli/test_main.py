@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -48,7 +49,15 @@ def test_every_file_of_the_folder_is_a_verb(capsys):
         cli.main(["--help"])
     printed = capsys.readouterr().out
     assert "filters" in cli.verbs()
-    assert all(verb in printed for verb in cli.verbs())
+    for verb in cli.verbs():
+        assert re.search(rf"^    {verb}\s+\w", printed, re.MULTILINE), f"{verb} has no summary"
+
+
+def test_help_imports_no_verb():
+    program = "import sys; from twbr_estimation.cli.main import parser; parser().format_help(); "
+    program += "print(*{name.partition('.')[0] for name in sys.modules})"
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert not {"numpy", "rich", "yaml"} & set(result.stdout.split())
 
 
 def test_usage_errors_exit_with_2(capsys):

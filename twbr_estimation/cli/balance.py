@@ -44,7 +44,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "balance",
-        help="let estimators balance the simulated robot",
         description="Close the loop on the simulated robot, offline and in lockstep: every "
         f"estimator with every controller in every world. The estimator `{TRUTH}` knows the "
         "tilt, for comparison.",

@@ -40,7 +40,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb, its own verbs and their arguments."""
     parser = subparsers.add_parser(
         "calibrate",
-        help="biases, scale errors and geometry of the robot from recordings",
         description="Estimate what the configuration files hold, each with its standard error.",
     )
     kinds = parser.add_subparsers(title="what to calibrate", metavar="KIND", required=True)

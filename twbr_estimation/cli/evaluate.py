@@ -24,7 +24,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "evaluate",
-        help="errors of every filter against the reference encoder",
         description="Run filters on recordings and compare them with the reference encoder.",
     )
     add_request(parser)

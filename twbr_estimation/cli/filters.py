@@ -17,7 +17,9 @@ from ..filters import Filter, Parameter, filters
 
 def add_parser(subparsers: Any) -> None:
     """Declare the verb."""
-    parser = subparsers.add_parser("filters", help="list the filters and their parameters")
+    parser = subparsers.add_parser(
+        "filters",
+    )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="print JSON instead of a table")
     form.add_argument("--markdown", action="store_true", help="print the page docs/filters.md")

@@ -17,7 +17,6 @@ def add_parser(subparsers: Any) -> None:
     lines = (f"  {name:16} {module.FORMAT}" for name, module in formats().items())
     parser = subparsers.add_parser(
         "import",
-        help="turn a log of another kind into a recording",
         description="Turn a log of another kind into a recording with its robot's description.",
         epilog="formats:\n" + "\n".join(lines),
         formatter_class=argparse.RawDescriptionHelpFormatter,

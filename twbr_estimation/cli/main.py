@@ -1,8 +1,10 @@
 """`twbr VERB ...`: finds the verbs of this folder and runs one.
 
 A verb is a module with `add_parser(subparsers)`, which sets `run` as the parser's default,
-and `run(arguments)`, which returns the exit status. A trailing underscore in the file's name
-(`import_.py`) is dropped. Two modules here are no verbs: this one and `arguments`.
+and `run(arguments)`, which returns the exit status. The first line of its docstring, after the
+colon, is its line in the list of verbs: no module is imported for that. A trailing underscore
+in the file's name (`import_.py`) is dropped. Two modules here are no verbs: this one and
+`arguments`.
 """
 
 from __future__ import annotations
@@ -32,17 +34,26 @@ def verbs() -> dict[str, str]:
 
 
 def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
-    """Return the parser; only the verb that `arguments` start with is imported, else all."""
+    """Return the parser; only the verb that `arguments` start with is imported, else none."""
     top = argparse.ArgumentParser(
         prog="twbr", description="Tilt estimation for two-wheeled balancing robots."
     )
     top.add_argument("--version", action="version", version=f"twbr {__version__}")
     known = verbs()
-    wanted = known if not arguments or arguments[0] not in known else {arguments[0]}
     subparsers = top.add_subparsers(title="verbs", metavar="VERB", required=True)
-    for verb in sorted(wanted):
-        import_module(known[verb]).add_parser(subparsers)
+    if arguments and arguments[0] in known:
+        import_module(known[arguments[0]]).add_parser(subparsers)
+        return top
+    for verb in sorted(known):
+        subparsers.add_parser(verb, help=_summary(known[verb]))
     return top
+
+
+def _summary(module: str) -> str:
+    """Return what the first line of a verb's file says about it."""
+    file = Path(__file__).with_name(f"{module.rpartition('.')[2]}.py")
+    with file.open(encoding="utf-8") as source:
+        return source.readline().partition("`: ")[2].strip().strip('"').rstrip(".")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -28,7 +28,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "noise",
-        help="spectra and Allan deviation of the sensors",
         description="Tell how noisy the sensors are. A recording with a reference gives the "
         "spectra of the angle's error before and after the correction; a robot at rest gives "
         "the gyro's spectrum, Allan deviations and the drift of the bias.",

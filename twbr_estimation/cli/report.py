@@ -28,7 +28,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "report",
-        help="recordings and estimators as one HTML page",
         description="Write report.html, which opens without a network, and tilt.png (tilt_2.png "
         "and so on for further recordings) for slides.",
     )

@@ -24,7 +24,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "reproduce",
-        help="the tables and figures of Laddach 2022, Chudzik 2021 and Sihite 2018, simulated",
         description="Do the experiments of Laddach 2022, those on the stand of Chudzik 2021 and "
         "the spins of Sihite 2018 again in simulation: ours beside the printed figures. Nothing "
         "is tuned on the drives that are reported.",

@@ -34,7 +34,6 @@ def add_parser(subparsers: Any) -> None:
     worlds = "; ".join(f"{world.name}: {world.summary}" for world in WORLDS.values())
     parser = subparsers.add_parser(
         "simulate",
-        help="make a recording of the simulated rig, or of a scene in MuJoCo",
         description="Simulate a balancing robot with its sensors. The same arguments make the "
         f"same recording. Worlds: {worlds}. Scenes of MuJoCo: {scenes}.",
     )

@@ -41,7 +41,6 @@ def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "tune",
-        help="fit the correction's and the filters' parameters to recordings with a reference",
         description="Search the parameters with which the estimates agree best with the reference "
         "encoder: first the correction's time constants, then each filter's parameters. "
         "A directory stands for all recordings below it. Ctrl-C keeps the best so far.",

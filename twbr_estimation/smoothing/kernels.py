@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..batch.kernels import SOURCES, sample_at
-from ..compilation import compiled, source_version
 from ..filters.inertial.error_state import STATES, Array
 from ..filters.inertial.strapdown import heading_of, matrix_of, product, rotation_of, tilt_of
 from ..filters.ins_odometer import tilt_variance
@@ -16,6 +16,13 @@ from .backward import Later, step_back
 from .forward import advance
 
 _SOURCES = (*SOURCES, "smoothing/*.py")
+
+
+def _compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
+    """Compile a loop; only now numba is imported."""
+    from ..compilation import compiled, source_version
+
+    return compiled(run, source_version(_SOURCES), *called)
 
 
 class Hindsight(NamedTuple):
@@ -58,7 +65,7 @@ def forward_kernel() -> Any:
             i += 1
         return i, k, state
 
-    return compiled(run, source_version(_SOURCES), sample_at, advance)
+    return _compiled(run, sample_at, advance)
 
 
 @cache
@@ -87,7 +94,7 @@ def sweep_kernel() -> Any:
         return later, error
 
     called = (step_back, tilt_variance, heading_of, matrix_of)
-    return compiled(run, source_version(_SOURCES), *called)
+    return _compiled(run, *called)
 
 
 @cache
@@ -123,4 +130,4 @@ def spread_kernel() -> Any:
                 q = product(rotation_of((turn[0], turn[1], turn[2])), q)
                 tilt[i], variance[i] = tilt_of(matrix_of(q)), spread
 
-    return compiled(run, source_version(_SOURCES), product, rotation_of, matrix_of, tilt_of)
+    return _compiled(run, product, rotation_of, matrix_of, tilt_of)
