@@ -49,9 +49,13 @@ def test_settings_reach_the_registers_of_the_data_sheet(clock: Any) -> None:
     assert chip.read(0x6B, 1) == b"\x01"
 
 
-def test_the_default_is_the_set_up_of_the_paper() -> None:
+def test_the_default_ranges_leave_room_for_a_fall() -> None:
     settings = Mpu6050Settings()
-    assert (settings.gyro_range_deg, settings.accel_range_g, settings.dlpf_config) == (250, 2, 0)
+    assert (settings.gyro_range_deg, settings.accel_range_g, settings.dlpf_config) == (1000, 8, 0)
+
+
+def test_the_scales_are_those_of_the_data_sheet() -> None:
+    settings = Mpu6050Settings(gyro_range_deg=250, accel_range_g=2)
     assert settings.sample_rate == 1000.0
     # The data sheet's sensitivities: 131 LSB/(deg/s) and 16384 LSB/g.
     assert 1.0 / math.degrees(settings.gyro_scale) == pytest.approx(131.0, rel=1e-3)
@@ -70,7 +74,8 @@ def test_what_the_chip_feels_comes_back_in_every_range(clock: Any, gyro: int, ac
 
 def test_readings_saturate_at_full_scale(clock: Any) -> None:
     fast = ImuMotion(0.0, math.radians(400.0), -math.radians(400.0), 30.0, -30.0, 0.0)
-    device = _set_up(SimulatedMpu6050(clock, motion=lambda _: fast), clock)
+    chip = SimulatedMpu6050(clock, motion=lambda _: fast)
+    device = _set_up(chip, clock, gyro_range_deg=250, accel_range_g=2)
     clock.advance(0.01)
     reading = device.decode(0, device.read_packet())
     settings = device.settings

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
 
 from ..errors import SensorError
-from .mpu6050 import FIFO_BYTES, PACKET_BYTES, RESET_TIME, ImuReading, Mpu6050, Reading
+from .fifo_reader import FifoReader, OutOfStepError
+from .mpu6050 import RESET_TIME, ImuReading, Mpu6050, Reading, Words, words_of
+from .mpu6050_counters import Counters
+from .packet_watch import PacketWatch
 from .sample_clock import SampleClock
 
-Stamped = TypeVar("Stamped")
+__all__ = ["Counters", "Mpu6050Reader", "Phase"]
+
+Result = TypeVar("Result")
 
 RETRIES = 2
 RETRY_PAUSE = 0.0005
@@ -26,8 +30,6 @@ CHECK_PERIOD = 1.0
 """Time between two looks at the chip's settings [s]."""
 SILENCE = 0.25
 """Time without a sample in the FIFO that means the chip has stopped [s]."""
-SLOW_TRANSFER = 0.002
-"""Duration of reading the FIFO's count beyond which its time is not trusted [s]."""
 
 
 class Phase(Enum):
@@ -38,26 +40,6 @@ class Phase(Enum):
     RESETTING = "resetting"
     """The reset bit is set; the chip needs a moment."""
     WAITING = "waiting for the bus"
-
-
-@dataclass(slots=True)
-class Counters:
-    """What happened since the start."""
-
-    samples: int = 0
-    bus_errors: int = 0
-    failed_polls: int = 0
-    """Polls that gave no sample although the transfer was retried."""
-    reinitialisations: int = 0
-    lost_settings: int = 0
-    """Times the chip was found without its settings, as after a brown-out."""
-    frozen: int = 0
-    """Times the same sample came again and again."""
-    silences: int = 0
-    fifo_overflows: int = 0
-    fifo_resynchronisations: int = 0
-    """Times the FIFO was emptied: after an overflow or a broken transfer."""
-    clock_jumps: int = 0
 
 
 class Mpu6050Reader:
@@ -72,41 +54,49 @@ class Mpu6050Reader:
         clock: Callable[[], int],
         monotonic: Callable[[], int] = time.monotonic_ns,
         sleep: Callable[[float], None] = time.sleep,
+        counters: Counters | None = None,
     ) -> None:
+        """Prepare to read; nothing is transferred yet.
+
+        Args:
+            device: The chip.
+            clock: Stamps samples [ns].
+            monotonic: Measures waits [ns].
+            sleep: Waits [s].
+            counters: Counted on where given, as after the bus was opened again.
+        """
         self._device = device
         self._clock = clock
         self._monotonic = monotonic
         self._sleep = sleep
-        self._fifo = device.settings.reading is Reading.FIFO
+        self.counters = Counters() if counters is None else counters
+        self._watch = PacketWatch(device.settings, self.counters)
         self._limit = device.settings.frozen_samples
-        self.sample_clock = SampleClock(1.0 / device.settings.sample_rate)
-        """Relation between the chip's clock and the host's, with `fifo`."""
+        self.fifo = FifoReader(device, clock, monotonic, self.counters, self.with_retries)
+        """What reads the FIFO."""
+        self._read = self._read_fifo if device.settings.reading is Reading.FIFO else self._burst
         self.phase = Phase.STOPPED
-        self.counters = Counters()
         self.failed_attempts = 0
         """Attempts in a row to set the chip up that failed."""
         self.last_error = ""
         """The latest thing that went wrong, in words."""
-        self._last_packet = b""
-        self._repeats = 0
-        self._torn = False
         self._failures = 0
         self._wait = FIRST_WAIT
-        self._next = 0
-        self._next_check = 0
-        self._silent_since = 0
+        self._next = self._next_check = 0
+        self._silent_since: int | None = None
 
     def start(self) -> str | None:
         """Identify the chip, reset it and set it up; takes a good `RESET_TIME`.
 
         Returns:
-            A warning about a chip that is not an MPU6050, or None.
+            A remark about a chip that is not an MPU6050, or None.
 
         Raises:
-            SensorError: the chip does not answer or does not keep its settings.
+            TwbrError: the chip does not answer, does not keep its settings, or is read too
+                slowly for its FIFO.
         """
         try:
-            warning = self._device.identify()
+            remark = self._device.identify()
             self._device.reset()
             self._sleep(RESET_TIME)
             self._device.configure()
@@ -116,7 +106,27 @@ class Mpu6050Reader:
                 f"/dev/i2c-{settings.bus}: nothing answers at 0x{settings.address:02x} ({error})"
             ) from None
         self._run()
-        return warning
+        return remark
+
+    @property
+    def running(self) -> bool:
+        """Whether samples are being delivered."""
+        return self.phase is Phase.RUNNING
+
+    @property
+    def sample_clock(self) -> SampleClock:
+        """Relation between the chip's clock and the host's, with `fifo`."""
+        return self.fifo.sample_clock
+
+    @property
+    def defect(self) -> str:
+        """Which axes stand still although the chip samples, in words; empty for none."""
+        return self._watch.stuck.described()
+
+    @property
+    def broken(self) -> bool:
+        """Whether such an axis is not just at the end of its range."""
+        return self._watch.stuck.broken
 
     def poll(self) -> Sequence[ImuReading]:
         """Return the samples since the last poll: none, one (`burst`) or several (`fifo`)."""
@@ -124,69 +134,56 @@ class Mpu6050Reader:
             self._recover()
             return ()
         try:
-            readings = self._read_fifo() if self._fifo else self._read_burst()
-            if self._monotonic() >= self._next_check:
-                self._check()
+            readings = self._read()
+            self._failures = 0
+            self._look_after()
         except OSError as error:
             self._failed(error)
             return ()
         return self._accepted(readings)
 
     def _accepted(self, readings: Sequence[ImuReading]) -> Sequence[ImuReading]:
-        """Count the samples, unless the chip was meanwhile found without its settings."""
+        """Count the samples, unless they have just led to a new set-up."""
         if not self.running:
             return ()
-        self._failures = 0
         self.counters.samples += len(readings)
         return readings
 
-    @property
-    def running(self) -> bool:
-        """Whether samples are being delivered."""
-        return self.phase is Phase.RUNNING
+    def _burst(self) -> Sequence[ImuReading]:
+        stamp, words = self.with_retries(self._stamped_words)
+        if self._watch.jumps(words):
+            stamp, words = self._second_look(stamp, words)
+        return (self._device.reading(stamp, words),) if self._watch.usable(words) else ()
 
-    def _read_burst(self) -> Sequence[ImuReading]:
-        stamp, packet = self._with_retries(self._stamped_packet)
-        if self._suspicious(packet):
-            return ()
-        return (self._device.decode(stamp, packet),)
-
-    def _stamped_packet(self) -> tuple[int, bytes]:
+    def _stamped_words(self) -> tuple[int, Words]:
         stamp = self._clock()
-        return stamp, self._device.read_packet()
+        return stamp, words_of(self._device.read_packet())
 
-    def _stamped_count(self) -> tuple[int, int, bool]:
-        begin = self._clock()
-        count = self._device.fifo_count()
-        return begin, count, self._clock() - begin < SLOW_TRANSFER * 1e9
+    def _second_look(self, stamp: int, words: Words) -> tuple[int, Words]:
+        """Read a packet that is far from the last one again; what was torn is so only once."""
+        again_at, again = self.with_retries(self._stamped_words)
+        if again == words:
+            return stamp, words
+        self.counters.torn_reads += not self._watch.jumps(again)
+        return again_at, again
 
     def _read_fifo(self) -> Sequence[ImuReading]:
-        if self._torn:
-            self._resynchronise("FIFO emptied after a broken transfer")
+        try:
+            stamps, data = self.fifo.read()
+        except OutOfStepError as reason:
+            self.last_error = str(reason)
+            self.fifo.resynchronise()
             return ()
-        now, count, trusted = self._with_retries(self._stamped_count)
-        if count > FIFO_BYTES - PACKET_BYTES:
-            self.counters.fifo_overflows += 1
-            self._resynchronise("FIFO overflow: samples lost, reading too slowly")
-            return ()
-        packets = count // PACKET_BYTES
-        if packets == 0:
+        if not stamps:
             self._notice_silence()
             return ()
-        # Not retried: a transfer that breaks may have taken bytes out and torn a packet.
-        self._torn = True
-        data = self._device.read_fifo(packets)
-        self._torn = False
         self._silent_since = self._monotonic()
-        stamps = self.sample_clock.stamps(packets, now, trusted)
-        self.counters.clock_jumps = self.sample_clock.jumps
-        for index in range(packets):
-            packet = data[index * PACKET_BYTES : (index + 1) * PACKET_BYTES]
-            if self._suspicious(packet):
-                return ()
-        return [self._device.decode(stamp, data, index) for index, stamp in enumerate(stamps)]
+        device, watch = self._device, self._watch
+        packets = ((stamp, words_of(data, index)) for index, stamp in enumerate(stamps))
+        return [device.reading(stamp, words) for stamp, words in packets if watch.usable(words)]
 
-    def _with_retries(self, transfer: Callable[[], Stamped]) -> Stamped:
+    def with_retries(self, transfer: Callable[[], Result]) -> Result:
+        """Return what the transfer gives, tried again a few times if it fails."""
         for attempt in range(RETRIES):
             try:
                 return transfer()
@@ -195,29 +192,39 @@ class Mpu6050Reader:
                 self._sleep(RETRY_PAUSE * 2**attempt)
         return transfer()
 
-    def _suspicious(self, packet: bytes) -> bool:
-        """Whether this sample cannot be one; starts what sets it right."""
-        if packet == self._last_packet:
-            self._repeats += 1
-            if self._repeats >= self._limit:
-                self.counters.frozen += 1
-                self._restart(f"frozen: {self._limit} equal samples")
-                return True
-        else:
-            self._last_packet, self._repeats = packet, 1
-        if packet[:6] == b"\0\0\0\0\0\0":  # free fall to the last bit: a chip asleep
-            self._check()
-            return not self.running
-        return False
+    def _look_after(self) -> None:
+        """Set the chip up again where its packets or its settings ask for it."""
+        watch = self._watch
+        if watch.frozen:
+            self.counters.frozen += 1
+            self._restart(f"frozen: {self._limit} packets of {watch.invalid or 'equal samples'}")
+        elif watch.newly_stuck:
+            watch.newly_stuck = False
+            self.last_error = self.defect
+            if self.broken:  # once: a reset may cure it
+                self._restart(self.defect)
+        elif watch.invalid or self._monotonic() >= self._next_check:
+            self._check(watch.invalid)
 
-    def _check(self) -> None:
+    def _check(self, seen: str = "") -> None:
+        """Look at the chip's settings; `seen` says what came instead of a sample."""
         self._next_check = self._monotonic() + round(CHECK_PERIOD * 1e9)
-        if not self._device.is_configured():
-            self.counters.lost_settings += 1
-            self._restart("the chip has lost its settings; brown-out?")
+        if seen:
+            self.last_error = f"packets of {seen} dropped"
+        if self._device.is_configured():
+            return
+        if self._device.is_configured():
+            self.counters.torn_reads += 1
+            return
+        self.counters.lost_settings += 1
+        reason = f"the bus reads {seen}" if seen == "ones" else "the chip has lost its settings"
+        self._restart(f"{reason}; brown-out?")
 
     def _notice_silence(self) -> None:
-        if self._monotonic() - self._silent_since < SILENCE * 1e9:
+        now = self._monotonic()
+        if self._silent_since is None:  # counted from the first poll, which may come late
+            self._silent_since = now
+        if now - self._silent_since < SILENCE * 1e9:
             return
         self._check()
         if self.running:
@@ -231,13 +238,6 @@ class Mpu6050Reader:
         self.last_error = f"bus error: {error}"
         if self._failures >= FAILED_POLLS:
             self._restart(self.last_error)
-
-    def _resynchronise(self, reason: str) -> None:
-        self.last_error = reason
-        self._with_retries(self._device.reset_fifo)
-        self._torn = False
-        self.sample_clock.restart()
-        self.counters.fifo_resynchronisations += 1
 
     def _restart(self, reason: str) -> None:
         """Give the chip up for now; the next polls set it up again."""
@@ -268,13 +268,12 @@ class Mpu6050Reader:
     def _run(self) -> None:
         now = self._monotonic()
         self.phase = Phase.RUNNING
-        self._failures = self._repeats = self.failed_attempts = 0
-        self._last_packet = b""
-        self._torn = False
+        self._failures = self.failed_attempts = 0
         self._wait = FIRST_WAIT
         self._next_check = now + round(CHECK_PERIOD * 1e9)
-        self._silent_since = now
-        self.sample_clock.restart()
+        self._silent_since = None
+        self._watch.restart()
+        self.fifo.restart()
 
     def stop(self) -> None:
         """Release the bus."""

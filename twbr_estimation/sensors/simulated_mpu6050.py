@@ -9,11 +9,12 @@ from collections.abc import Callable
 from struct import Struct
 
 from ..samples import STANDARD_GRAVITY
+from .chip_models import MPU6050, WHO_AM_I, ChipModel, model_of
 from .motion import Motion, swing
-from .mpu6050 import (
+from .mpu6050_registers import (
     ACCEL_RANGES_G,
-    FIFO_BYTES,
-    FIFO_EN_ALL,
+    DATA_READY_FLAG,
+    FIFO_OVERFLOW_FLAG,
     GYRO_RANGES_DEG,
     PACKET_BYTES,
     PWR_MGMT_1_RESET,
@@ -22,13 +23,12 @@ from .mpu6050 import (
     RESET_TIME,
     USER_CTRL_FIFO_EN,
     USER_CTRL_FIFO_RESET,
-    WHO_AM_I,
     Register,
     internal_rate,
 )
 
-FIFO_OVERFLOW_FLAG = 0x10
-DATA_READY_FLAG = 0x01
+FIFO_BYTES = MPU6050.fifo_bytes
+"""Largest capacity of a simulated FIFO; that of the model where it is smaller."""
 GYRO_NOISE_DEG = 0.05
 """Noise of one gyro sample, RM-MPU-6000A's sibling data sheet, total rms [deg/s]."""
 ACCEL_NOISE_G = 0.004
@@ -110,6 +110,15 @@ class SimulatedMpu6050:
             self._registers[Register.INT_STATUS] = 0
         return data
 
+    @property
+    def model(self) -> ChipModel:
+        """What its identity makes it: size of the FIFO and temperature scale."""
+        return model_of(self.identity)
+
+    @property
+    def _capacity(self) -> int:
+        return min(FIFO_BYTES, self.model.fifo_bytes)
+
     def _register(self, register: int) -> int:
         if register == Register.WHO_AM_I:
             return self.identity
@@ -165,10 +174,10 @@ class SimulatedMpu6050:
             due = 0
         to_fifo = (
             bool(self._registers[Register.USER_CTRL] & USER_CTRL_FIFO_EN)
-            and self._registers[Register.FIFO_EN] == FIFO_EN_ALL
+            and self._registers[Register.FIFO_EN] == self.model.fifo_enable
         )
         if due > self._taken:
-            room = FIFO_BYTES // PACKET_BYTES + 1
+            room = self._capacity // PACKET_BYTES + 1
             first = max(self._taken + 1, due - room) if to_fifo else due
             for index in range(first, due + 1):
                 self._sample(index, to_fifo)
@@ -183,7 +192,7 @@ class SimulatedMpu6050:
         if to_fifo:
             first = int(Register.ACCEL_XOUT_H)
             self._fifo.extend(self._registers[first : first + PACKET_BYTES])
-            while len(self._fifo) > FIFO_BYTES:  # the oldest bytes go, in mid packet
+            while len(self._fifo) > self._capacity:  # the oldest bytes go, in mid packet
                 self._fifo.popleft()
                 self._registers[Register.INT_STATUS] |= FIFO_OVERFLOW_FLAG
 
@@ -199,7 +208,8 @@ class SimulatedMpu6050:
             self._word(value * DEGREES, GYRO_NOISE_DEG, gyro_range)
             for value in (felt.gyro_x, felt.gyro_y, felt.gyro_z)
         )
-        temperature = round((felt.temperature - 36.53) * 340.0)
+        model = self.model
+        temperature = round((felt.temperature - model.degrees_at_zero) / model.degrees_per_count)
         return _PACKET.pack(*accel, temperature, *gyro)
 
     def _word(self, value: float, noise: float, full_scale: int) -> int:
