@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import types
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
+from unittest.mock import MagicMock
 
 import pytest
 
 from twbr_estimation.errors import SensorError
 from twbr_estimation.sensors import gpio_counter
-from twbr_estimation.sensors.gpio_counter import GpioCounter, open_gpio_counter
-from twbr_estimation.sensors.sysfs_counter import WIDEST, SysfsCounter
+from twbr_estimation.sensors.encoder import WIDEST, Encoder, EncoderSettings
+from twbr_estimation.sensors.gpio_counter import (
+    EVENTS_PER_READ,
+    Bias,
+    GpioCounter,
+    open_gpio_counter,
+)
+from twbr_estimation.sensors.simulated_counter import SimulatedCounter
+from twbr_estimation.sensors.sysfs_counter import SysfsCounter
 
 
 @pytest.fixture
@@ -58,6 +69,121 @@ def test_the_modulus_can_be_given_or_is_the_widest(count: Path) -> None:
     assert SysfsCounter(str(count)).modulus == WIDEST
 
 
+@pytest.mark.parametrize(("name", "modulus"), [("ftm-quaddec", 2**16), ("other", WIDEST)])
+def test_a_counter_without_ceiling_is_known_or_remarked(
+    count: Path, name: str, modulus: int
+) -> None:
+    folder = count / "count0"
+    folder.mkdir()
+    for file in ("count", "function"):
+        (count / file).rename(folder / file)
+    (count / "name").write_text(f"{name}\n")
+    counter = SysfsCounter(str(folder))
+    assert counter.modulus == modulus
+    assert ("modulus" in counter.remark) == (modulus == WIDEST)
+
+
+def test_a_ceiling_of_zero_is_raised(count: Path) -> None:
+    (count / "ceiling").write_text("0\n")
+    counter = SysfsCounter(str(count))
+    assert (count / "ceiling").read_text() == str(2**32 - 1)
+    assert counter.modulus == 2**32
+    (count / "count").write_text("4294966296\n")
+    assert Encoder(counter, EncoderSettings()).read(0).position == 0.0
+
+
+class Device:
+    """Attributes of a count that refuses some writes, as the drivers of the kernel do."""
+
+    def __init__(self, folder: Path, refuse: Callable[[Device, str, str], int]) -> None:
+        self.folder, self.refuse = folder, refuse
+        self.writes: list[tuple[str, str]] = []
+
+    def __getitem__(self, name: str) -> str:
+        return (self.folder / name).read_text().strip()
+
+    def write(self, path: Path, text: str) -> int:
+        self.writes.append((path.name, text))
+        if number := self.refuse(self, path.name, text):
+            raise OSError(number, os.strerror(number))
+        with path.open("w") as file:
+            return file.write(text)
+
+
+def _intel_qep(device: Device, name: str, text: str) -> int:
+    """Refuse what intel-qep refuses while it counts."""
+    busy = device["enable"] == "1" and name in ("ceiling", "preset", "preset_enable", "function")
+    return errno.EBUSY if busy else 0
+
+
+@pytest.mark.parametrize("enabled", ["0", "1"])
+def test_a_counter_is_set_up_in_the_order_of_intel_qep(
+    count: Path, monkeypatch: pytest.MonkeyPatch, enabled: str
+) -> None:
+    device = Device(count, _intel_qep)
+    monkeypatch.setattr(Path, "write_text", lambda path, text: device.write(path, text))
+    with (count / "enable").open("w") as file:
+        file.write(enabled)
+    with (count / "ceiling").open("w") as file:
+        file.write("0")
+    SysfsCounter(str(count), use_index=True).close()
+    assert [name for name, _ in device.writes if name != "enable"] == [
+        "function",
+        "ceiling",
+        "preset",
+        "preset_enable",
+    ]
+    assert device.writes[-1] == ("enable", "1")
+    device.writes.clear()
+    SysfsCounter(str(count), use_index=True).close()
+    assert device.writes == [], "one that counts as wanted is left alone"
+
+
+@pytest.mark.parametrize(
+    ("number", "mode", "words"),
+    [
+        (errno.EBUSY, 0o644, "in use; disable it"),
+        (errno.EACCES, 0o644, "a udev rule can give the permission"),
+        (errno.EACCES, 0o444, "does not let it be changed from 'increase'"),
+        (errno.EINVAL, 0o644, "cannot do that"),
+    ],
+)
+def test_a_refused_attribute_is_explained(
+    count: Path, monkeypatch: pytest.MonkeyPatch, number: int, mode: int, words: str
+) -> None:
+    (count / "function").chmod(mode)
+    device = Device(count, lambda _, name, __: number if name == "function" else 0)
+    monkeypatch.setattr(Path, "write_text", lambda path, text: device.write(path, text))
+    with pytest.raises(SensorError, match=f"function: cannot be set to 'quadrature x4'.*{words}"):
+        SysfsCounter(str(count))
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, 0])
+def test_a_ceiling_that_stays_zero_is_refused(
+    count: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    (count / "ceiling").write_text("0")
+    device = Device(count, lambda _, name, __: number if name == "ceiling" else 0)
+    write = device.write
+    monkeypatch.setattr(
+        Path, "write_text", lambda path, text: write(path, "0" if path.name == "ceiling" else text)
+    )
+    with pytest.raises(SensorError, match="ceiling: 0, so that the count can never leave 0"):
+        SysfsCounter(str(count))
+
+
+@pytest.mark.parametrize("width", [16, 32])
+@pytest.mark.parametrize("step", [300, -300])
+def test_a_wrap_shows_the_width_of_a_counter_that_does_not(width: int, step: int) -> None:
+    counter = SimulatedCounter(lambda: 0, lambda _: 0.0, EncoderSettings(), WIDEST)
+    counts = iter([0, *(step * index % 2**width for index in range(1, 700))])
+    counter.read = lambda: next(counts)  # type: ignore[method-assign]
+    encoder = Encoder(counter, EncoderSettings(counts_per_turn=1000))
+    for _ in range(699):
+        reading = encoder.read(0)
+    assert reading.position == pytest.approx(step * 699 * EncoderSettings(1000).angle_per_count)
+
+
 def test_a_missing_count_is_one_clear_error(tmp_path: Path) -> None:
     with pytest.raises(SensorError, match=r"counter9.*No such file.*(there are|no counters)"):
         SysfsCounter(str(tmp_path / "counter9"))
@@ -72,6 +198,7 @@ class Request:
         self.events: list[Any] = []
         self.sequence = 0
         self.released = False
+        self.time, self.spacing = 0, 50_000
 
     def set(self, line: int, high: bool) -> None:
         """Change a line; its edge joins the queue."""
@@ -79,7 +206,9 @@ class Request:
         self.sequence += 1
         kind = self.gpiod.EdgeEvent.Type
         edge = kind.RISING_EDGE if high else kind.FALLING_EDGE
-        self.events.append(self.gpiod.EdgeEvent(edge, self.sequence * 1000, line, self.sequence, 0))
+        self.time += self.spacing
+        number = self.sequence % 2**32
+        self.events.append(self.gpiod.EdgeEvent(edge, self.time, line, number, 0))
 
     def turn(self, counts: int) -> None:
         """Turn by that many counts."""
@@ -137,6 +266,123 @@ def test_gpio_edges_that_the_kernel_dropped_are_counted(request_: Request) -> No
     del request_.events[4:8]
     assert counter.read() == 6
     assert counter.errors == 4
+
+
+def test_gpio_edges_lost_before_the_first_read_are_counted(request_: Request) -> None:
+    counter = GpioCounter(request_, 5, 6, None)
+    request_.turn(20)
+    del request_.events[:12]
+    assert counter.read() == 8
+    assert counter.errors == 12
+
+
+def test_one_read_of_gpio_edges_ends(request_: Request) -> None:
+    counter = GpioCounter(request_, 5, 6, None)
+    request_.turn(10_000)
+    assert counter.read() == EVENTS_PER_READ
+    assert counter.behind == 1
+    assert counter.read() == 2 * EVENTS_PER_READ
+    assert counter.read() == 10_000
+    assert (counter.behind, counter.errors) == (2, 0)
+
+
+@pytest.mark.parametrize("turn", [1000, -1000])
+def test_edges_that_one_interrupt_served_are_ambiguous(request_: Request, turn: int) -> None:
+    counter = GpioCounter(request_, 5, 6, None)
+    request_.turn(turn)
+    assert counter.read() == turn
+    assert counter.ambiguous == 0
+    request_.turn(turn)
+    for pair in range(0, len(request_.events), 2):  # served in ascending order of the lines
+        request_.events[pair : pair + 2] = sorted(
+            request_.events[pair : pair + 2], key=lambda event: event.line_offset
+        )
+    request_.events = [
+        request_.gpiod.EdgeEvent(
+            event.event_type,
+            index // 2 * 100_000 + request_.time + index % 2 * 3_000,
+            event.line_offset,
+            1000 + index + 1,
+            0,
+        )
+        for index, event in enumerate(request_.events)
+    ]
+    counter.read()
+    assert counter.ambiguous == 500
+
+
+def test_the_numbers_of_gpio_edges_may_wrap(request_: Request) -> None:
+    counter = GpioCounter(request_, 5, 6, None)
+    counter._sequence = request_.sequence = 2**32 - 5
+    request_.turn(10)
+    assert counter.read() == 10
+    assert counter.errors == 0
+
+
+def test_gpio_edges_queued_in_the_wrong_order_are_not_missed(request_: Request) -> None:
+    counter = GpioCounter(request_, 5, 6, 7)
+    request_.turn(4)
+    request_.set(7, True)
+    request_.turn(4)
+    request_.events[4], request_.events[5] = request_.events[5], request_.events[4]
+    assert counter.read() == 8
+    assert counter.errors == 0
+
+
+class FakeGpiod:
+    """The parts of `gpiod` that open a chip, with two chips."""
+
+    LABELS: ClassVar = {"/dev/gpiochip0": "brcmvirt-gpio", "/dev/gpiochip4": "pinctrl-rp1"}
+
+    def __init__(self, gpiod: Any, error: int = 0) -> None:
+        self.LineSettings, self.line, self.error = gpiod.LineSettings, gpiod.line, error
+        self.asked: list[tuple[str, Any]] = []
+
+    def Chip(self, path: str) -> Any:  # noqa: N802
+        chip = MagicMock()
+        chip.__enter__.return_value.get_info.return_value.label = self.LABELS[path]
+        return chip
+
+    def request_lines(self, path: str, config: Any, **_: Any) -> Any:
+        self.asked.append((path, config))
+        if self.error:
+            raise OSError(self.error, os.strerror(self.error))
+        request = MagicMock()
+        request.get_values.return_value = [self.line.Value.INACTIVE] * 2
+        return request
+
+
+@pytest.fixture
+def fake_gpiod(monkeypatch: pytest.MonkeyPatch) -> FakeGpiod:
+    fake = FakeGpiod(pytest.importorskip("gpiod", minversion="2.1"))
+    monkeypatch.setattr(gpio_counter, "_bindings", lambda: fake)
+    monkeypatch.setattr(gpio_counter, "glob", lambda _: list(fake.LABELS))
+    return fake
+
+
+def test_a_gpio_chip_is_found_by_its_label(fake_gpiod: FakeGpiod) -> None:
+    open_gpio_counter("pinctrl-rp1", 5, 6, 7, Bias.PULL_UP)
+    ((path, config),) = fake_gpiod.asked
+    assert path == "/dev/gpiochip4"
+    assert {each.bias for each in config.values()} == {fake_gpiod.line.Bias.PULL_UP}
+    with pytest.raises(SensorError, match=r"'pinctrl-x'; there are: .*gpiochip4 \(pinctrl-rp1\)"):
+        open_gpio_counter("pinctrl-x", 5, 6)
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (errno.EACCES, "group"),
+        (errno.EBUSY, "gpioinfo"),
+        (errno.ENOENT, r"gpiochip4 \(pinctrl-rp1\)"),
+    ],
+)
+def test_what_keeps_gpio_lines_away_is_advised_on(
+    fake_gpiod: FakeGpiod, error: int, words: str
+) -> None:
+    fake_gpiod.error = error
+    with pytest.raises(SensorError, match=f"/dev/gpiochip0, lines 5 and 6: .*{words}"):
+        open_gpio_counter("/dev/gpiochip0", 5, 6)
 
 
 def test_the_gpio_index_latches_the_count(request_: Request) -> None:

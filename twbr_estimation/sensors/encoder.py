@@ -14,6 +14,12 @@ INDEX_WIDTH = 4
 """Width of an index pulse [counts]: its edges differ by that between the two directions."""
 
 
+WIDEST = 2**64
+"""Modulus of a counter that does not say where it wraps; the first wrap shows it."""
+WIDTHS = (2**16, 2**24, 2**32, 2**48)
+"""Where such counters wrap."""
+
+
 class Counter(Protocol):
     """What counts an encoder's edges. Reads that fail raise `OSError`."""
 
@@ -21,6 +27,12 @@ class Counter(Protocol):
     """The count runs from 0 to one below this and wraps; 0 where it never wraps."""
     errors: int
     """Edges known to be missed so far."""
+    ambiguous: int
+    """Edges of the two lines so close that their order, and so the direction, is uncertain."""
+    behind: int
+    """Reads that left edges for the next one, because too many had come."""
+    remark: str
+    """What the user should know of this counter; empty for nothing."""
     zeroed_by_index: bool
     """True where the device itself sets the count to 0 at the index pulse."""
 
@@ -72,12 +84,37 @@ class JointReading(NamedTuple):
     """[rad/s]"""
 
 
+class Tally(NamedTuple):
+    """What went wrong with an encoder."""
+
+    lost_counts: int = 0
+    """Counts found missing or too many at index pulses."""
+    missed_edges: int = 0
+    """Edges the counter knows that it missed."""
+    ambiguous_edges: int = 0
+    """Edges whose order, and so the direction, is uncertain."""
+    late_reads: int = 0
+    """Reads that left edges for the next one, because too many had come."""
+
+    def plus(self, other: Tally) -> Tally:
+        """Return the sum."""
+        return Tally(*(mine + theirs for mine, theirs in zip(self, other, strict=True)))
+
+
 def unwrapped(change: int, modulus: int) -> int:
     """Return the smallest change that a wrapping counter's change can stand for."""
     if modulus == 0:
         return change
     half = modulus // 2
     return (change + half) % modulus - half
+
+
+def _width_of_wrap(change: int) -> int:
+    """Return the modulus whose wrap this change shows; 0 for none."""
+    for width in WIDTHS:
+        if abs(abs(change) - width) < width // 16:
+            return width
+    return 0
 
 
 class CountVelocity:
@@ -160,10 +197,20 @@ class Encoder:
         """Whether the zero comes from an index pulse."""
         return self._index is not None
 
+    def tally(self) -> Tally:
+        """Return what went wrong since the counter was opened."""
+        counter = self._counter
+        return Tally(self.lost_counts, counter.errors, counter.ambiguous, counter.behind)
+
     @property
     def missed_edges(self) -> int:
         """Edges the counter knows that it missed."""
         return self._counter.errors
+
+    @property
+    def remark(self) -> str:
+        """What the user should know of the counter; empty for nothing."""
+        return self._counter.remark
 
     def set_angle(self, angle: float = 0.0) -> None:
         """Call the present position `angle` [rad]."""
@@ -180,6 +227,9 @@ class Encoder:
     def _follow(self, count: int) -> None:
         modulus = self._counter.modulus
         change = unwrapped(count - self._last, modulus)
+        if modulus == WIDEST and (width := _width_of_wrap(change)):
+            modulus = self._counter.modulus = width
+            change = unwrapped(change, width)
         self._last = count
         if not self._counter.zeroed_by_index:
             self._total += change

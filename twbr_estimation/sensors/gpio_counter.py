@@ -2,17 +2,45 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
+from enum import Enum
+from glob import glob
 from typing import Any
 
 from ..errors import SensorError
 
 EVENT_BUFFER = 1024
 """Edges the kernel keeps between two reads."""
+EVENTS_PER_READ = 4096
+"""Edges decoded in one read at most; more would keep everything else waiting."""
+ONE_INTERRUPT = 20_000
+"""Edges of A and B closer than this were served by one interrupt, in an order of its own [ns]."""
+SEQUENCE_NUMBERS = 2**32
+"""The kernel numbers the edges of a request from 1, with so many numbers."""
 INSTALL = "install the Python bindings of libgpiod 2: pip install 'gpiod>=2.1'"
+CHIPS = "/dev/gpiochip*"
+ADVICE = {
+    errno.EACCES: "is the user in the group that a udev rule gives the chip to?",
+    errno.EPERM: "is the user in the group that a udev rule gives the chip to?",
+    errno.EBUSY: "another program or a kernel driver holds a line; gpioinfo shows which",
+    errno.EINVAL: "does the chip have these lines, with interrupts and this bias?",
+}
+"""What to look at, by the error."""
 
 # Change of the count by (previous A, B; new A, B): A leads B when it rises.
 _STEPS = (0, -1, 1, 0, 1, 0, 0, -1, -1, 0, 0, 1, 0, 1, -1, 0)
+
+
+class Bias(str, Enum):
+    """The chip's own resistor on a line."""
+
+    AS_IS = "as_is"
+    """As the device tree left it."""
+    PULL_UP = "pull_up"
+    """For encoders with open-collector outputs."""
+    PULL_DOWN = "pull_down"
+    DISABLED = "disabled"
 
 
 class GpioCounter:
@@ -29,12 +57,16 @@ class GpioCounter:
         """
         self.modulus = 0
         self.errors = 0
+        self.ambiguous = 0
+        self.behind = 0
         self.zeroed_by_index = False
+        self.remark = ""
         self._request = request
         self._line_a, self._line_b, self._line_index = line_a, line_b, line_index
         self._count = 0
         self._index: int | None = None
-        self._sequence: int | None = None
+        self._sequence = 0
+        self._last_edge, self._last_line = -ONE_INTERRUPT, line_a
         self._state = self._levels()
 
     def _levels(self) -> int:
@@ -42,25 +74,43 @@ class GpioCounter:
         return int(bool(a.value)) << 1 | int(bool(b.value))
 
     def read(self) -> int:
-        """Decode the edges since the last read and return the count."""
+        """Decode the edges since the last read, not more than so many, and return the count."""
+        left = EVENTS_PER_READ
         while self._request.wait_edge_events(0.0):
-            for event in self._request.read_edge_events(EVENT_BUFFER):
+            if left <= 0:
+                self.behind += 1
+                break
+            events = self._request.read_edge_events(EVENT_BUFFER)
+            left -= len(events)
+            for event in events:
                 self._take(event)
         return self._count
 
     def _take(self, event: Any) -> None:
-        if self._sequence is not None and event.global_seqno != self._sequence + 1:
-            self.errors += event.global_seqno - self._sequence - 1
-        self._sequence = event.global_seqno
-        if event.line_offset == self._line_index:
+        self._follow_sequence(event.global_seqno)
+        line = event.line_offset
+        if line == self._line_index:
             self._index = self._count
             return
-        bit = 2 if event.line_offset == self._line_a else 1
+        if line != self._last_line and event.timestamp_ns - self._last_edge < ONE_INTERRUPT:
+            self.ambiguous += 1
+        self._last_edge, self._last_line = event.timestamp_ns, line
+        bit = 2 if line == self._line_a else 1
         high = event.event_type == event.Type.RISING_EDGE
         state = self._state | bit if high else self._state & ~bit
         self.errors += state == self._state  # the edge before this one was missed
         self._count += _STEPS[self._state << 2 | state]
         self._state = state
+
+    def _follow_sequence(self, number: int) -> None:
+        """Count the numbers that are left out; one that comes late was counted already."""
+        half = SEQUENCE_NUMBERS // 2
+        ahead = (number - self._sequence + half) % SEQUENCE_NUMBERS - half
+        if ahead > 0:
+            self.errors += ahead - 1
+            self._sequence = number
+        else:
+            self.errors -= 1
 
     def index(self) -> int | None:
         """Return the count at the last index pulse."""
@@ -72,9 +122,20 @@ class GpioCounter:
 
 
 def open_gpio_counter(
-    chip: str, line_a: int, line_b: int, line_index: int | None = None
+    chip: str,
+    line_a: int,
+    line_b: int,
+    line_index: int | None = None,
+    bias: Bias = Bias.AS_IS,
 ) -> GpioCounter:
     """Request the lines of one encoder and count from zero.
+
+    Args:
+        chip: Path of the chip, or its label, such as `pinctrl-rp1`.
+        line_a: Offset of the line that leads when the count rises.
+        line_b: Offset of the line that follows.
+        line_index: Offset of the index line, if any.
+        bias: The chip's own resistors on the lines.
 
     Raises:
         SensorError: `gpiod` is missing or of its first generation, or the lines are not to
@@ -82,19 +143,45 @@ def open_gpio_counter(
     """
     gpiod = _bindings()
     line = importlib.import_module("gpiod.line")
-    both = gpiod.LineSettings(direction=line.Direction.INPUT, edge_detection=line.Edge.BOTH)
+    common = {"direction": line.Direction.INPUT, "bias": getattr(line.Bias, bias.name)}
+    both = gpiod.LineSettings(edge_detection=line.Edge.BOTH, **common)
     config: dict[tuple[int, ...], Any] = {(line_a, line_b): both}
     if line_index is not None:
-        config[line_index,] = gpiod.LineSettings(
-            direction=line.Direction.INPUT, edge_detection=line.Edge.RISING
-        )
+        config[line_index,] = gpiod.LineSettings(edge_detection=line.Edge.RISING, **common)
+    path = chip if chip.startswith("/") else _path_of(gpiod, chip)
     try:
         request = gpiod.request_lines(
-            chip, config=config, consumer="twbr_estimation", event_buffer_size=EVENT_BUFFER
+            path, config=config, consumer="twbr_estimation", event_buffer_size=EVENT_BUFFER
         )
     except (OSError, ValueError) as error:
-        raise SensorError(f"{chip}, lines {line_a} and {line_b}: {error}") from None
+        advice = ADVICE.get(getattr(error, "errno", None) or 0, _available(gpiod))
+        raise SensorError(f"{path}, lines {line_a} and {line_b}: {error}; {advice}") from None
     return GpioCounter(request, line_a, line_b, line_index)
+
+
+def _labels(gpiod: Any) -> dict[str, str]:
+    """Return the labels of the chips that can be opened, by path."""
+    found = {}
+    for path in sorted(glob(CHIPS)):
+        try:
+            with gpiod.Chip(path) as chip:
+                found[path] = str(chip.get_info().label)
+        except OSError:
+            continue
+    return found
+
+
+def _available(gpiod: Any) -> str:
+    labels = _labels(gpiod)
+    listed = ", ".join(f"{path} ({label})" for path, label in labels.items())
+    return f"there are: {listed}" if listed else "there is no GPIO chip that can be opened"
+
+
+def _path_of(gpiod: Any, label: str) -> str:
+    for path, found in _labels(gpiod).items():
+        if found == label:
+            return path
+    raise SensorError(f"gpio_chip: no chip is labelled {label!r}; {_available(gpiod)}")
 
 
 def _bindings() -> Any:

@@ -10,7 +10,7 @@ from typing import Annotated
 from ..errors import ConfigurationError, SensorError
 from ..parameters.bounds import Bounds, require_bounds
 from .encoder import Counter, Encoder, EncoderSettings
-from .gpio_counter import open_gpio_counter
+from .gpio_counter import Bias, open_gpio_counter
 from .motion import swing_tilt, swing_wheel
 from .simulated_counter import SimulatedCounter
 from .sysfs_counter import SysfsCounter
@@ -55,7 +55,9 @@ class JointEncoderSettings:
         int, Bounds(0, 2**62, "", "With sysfs: the count wraps here; 0 asks the device.")
     ] = 0
     gpio_chip: str = "/dev/gpiochip0"
-    """With `gpio`: the chip."""
+    """With `gpio`: the chip's path, or its label as `gpiodetect` shows it."""
+    gpio_bias: Bias = Bias.AS_IS
+    """With `gpio`: the chip's own resistors: `as_is`, `pull_up`, `pull_down`, `disabled`."""
     gpio_lines: tuple[int, ...] = (5, 6, 20, 21)
     """With `gpio`: lines A and B of each encoder."""
     gpio_index_lines: tuple[int, ...] = (-1, -1)
@@ -146,4 +148,5 @@ def _counter(index: int, settings: JointEncoderSettings, clock: Callable[[], int
         return SysfsCounter(settings.counters[index], settings.modulus, use_index)
     line_a, line_b = settings.gpio_lines[2 * index : 2 * index + 2]
     line = settings.gpio_index_lines[index] if use_index else -1
-    return open_gpio_counter(settings.gpio_chip, line_a, line_b, line if line >= 0 else None)
+    index_line = line if line >= 0 else None
+    return open_gpio_counter(settings.gpio_chip, line_a, line_b, index_line, settings.gpio_bias)

@@ -30,7 +30,8 @@ class SimulatedCounter:
         """
         self.angle = angle
         self.modulus = modulus
-        self.errors = 0
+        self.errors = self.ambiguous = self.behind = 0
+        self.remark = ""
         self.zeroed_by_index = False
         self._clock = clock
         self._settings = settings

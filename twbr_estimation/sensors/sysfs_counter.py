@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from glob import glob
 from pathlib import Path
 
 from ..errors import SensorError
+from .encoder import WIDEST
 
 COUNTS = "/sys/bus/counter/devices/counter*/count*"
 QUADRATURE = "quadrature x4"
-WIDEST = 2**64
-"""Modulus of a count without a ceiling of its own."""
+CEILINGS = (2**32 - 1, 2**16 - 1)
+"""Tried in this order where a count has the ceiling 0, which it can never leave."""
+WIDTHS = {"ftm-quaddec": 2**16, "atmel_tcb": 2**16}
+"""Modulus of counters without a ceiling, by the name of their driver."""
 
 
 class SysfsCounter:
     """One count, such as `/sys/bus/counter/devices/counter0/count0`."""
 
     def __init__(self, directory: str, modulus: int = 0, use_index: bool = False) -> None:
-        """Open and enable the count.
+        """Set the count up, enable it and open it.
 
         Args:
             directory: The count's folder in sysfs.
@@ -29,44 +33,93 @@ class SysfsCounter:
             SensorError: no such count, not readable, or not counting in quadrature.
         """
         self._directory = Path(directory)
-        self.errors = 0
+        self.errors = self.ambiguous = self.behind = 0
         self.zeroed_by_index = use_index
+        self.remark = ""
+        """What the user should know of this counter."""
         try:
             self._file = os.open(self._directory / "count", os.O_RDONLY)
         except OSError as error:
             raise SensorError(f"{directory}/count: {error.strerror}; {_available()}") from None
         try:
-            self._set("function", QUADRATURE)
-            self._set("enable", "1")
-            if use_index:
-                self._load_zero_at_index()
-            self.modulus = modulus or self._ceiling()
+            self._set_up(use_index)
+            self.modulus = modulus or self._asked_modulus()
         except SensorError:
             self.close()
             raise
 
-    def _ceiling(self) -> int:
-        try:
-            return int((self._directory / "ceiling").read_text()) + 1
-        except (OSError, ValueError):
-            return WIDEST
+    def _set_up(self, use_index: bool) -> None:
+        """Write what differs, while disabled: some counters refuse it otherwise."""
+        wanted = {"function": QUADRATURE}
+        if use_index:
+            if not self._has("preset_enable"):
+                raise SensorError(f"{self._directory}: this counter has no index (preset_enable)")
+            wanted |= {"preset": "0", "preset_enable": "1"}
+        changes = {name: value for name, value in wanted.items() if self._differs(name, value)}
+        without_ceiling = self._has("ceiling") and self._value("ceiling") == "0"
+        if changes or without_ceiling:
+            self._set("enable", "0")
+        self._set("function", QUADRATURE)
+        if without_ceiling:
+            self._raise_ceiling()
+        for name, value in changes.items():
+            self._set(name, value)
+        self._set("enable", "1")
 
-    def _load_zero_at_index(self) -> None:
-        if not (self._directory / "preset_enable").exists():
-            raise SensorError(f"{self._directory}: this counter has no index (preset_enable)")
-        self._set("preset", "0")
-        self._set("preset_enable", "1")
+    def _raise_ceiling(self) -> None:
+        for ceiling in CEILINGS:
+            try:
+                self._set("ceiling", str(ceiling))
+            except SensorError as error:
+                refusal = str(error)
+            else:
+                if self._value("ceiling") != "0":
+                    return
+                refusal = "it stays 0"
+        raise SensorError(
+            f"{self._directory}/ceiling: 0, so that the count can never leave 0, and it cannot "
+            f"be raised: {refusal}"
+        )
+
+    def _asked_modulus(self) -> int:
+        if self._has("ceiling"):
+            try:
+                return int(self._value("ceiling")) + 1
+            except ValueError as error:
+                raise SensorError(f"{self._directory}/ceiling: {error}") from None
+        driver = self._directory.parent / "name"
+        name = driver.read_text().strip() if driver.exists() else "this counter"
+        if name in WIDTHS:
+            return WIDTHS[name]
+        self.remark = (
+            f"{self._directory}: {name} does not say where its count wraps; set `modulus`, such "
+            "as 65536 for 16 bits"
+        )
+        return WIDEST
+
+    def _has(self, name: str) -> bool:
+        return (self._directory / name).exists()
+
+    def _value(self, name: str) -> str:
+        try:
+            return (self._directory / name).read_text().strip()
+        except OSError as error:
+            raise SensorError(f"{self._directory / name}: {error.strerror}") from None
+
+    def _differs(self, name: str, value: str) -> bool:
+        return self._has(name) and self._value(name) != value
 
     def _set(self, name: str, value: str) -> None:
         """Write an attribute that the device has and that says something else."""
+        if not self._differs(name, value):
+            return
         attribute = self._directory / name
         try:
-            if attribute.exists() and attribute.read_text().strip() != value:
-                attribute.write_text(value)
+            attribute.write_text(value)
         except OSError as error:
             raise SensorError(
-                f"{attribute}: cannot be set to {value!r}: {error.strerror}; a udev rule can give "
-                "the permission"
+                f"{attribute}: cannot be set to {value!r}: {error.strerror}; "
+                f"{_advice(attribute, error)}"
             ) from None
 
     def read(self) -> int:
@@ -80,6 +133,19 @@ class SysfsCounter:
     def close(self) -> None:
         """Close the file; the hardware goes on counting."""
         os.close(self._file)
+
+
+def _advice(attribute: Path, error: OSError) -> str:
+    """Return what to do about an attribute that cannot be written."""
+    if error.errno in (errno.EACCES, errno.EPERM):
+        if attribute.stat().st_mode & 0o222:
+            return "a udev rule can give the permission"
+        return f"this counter does not let it be changed from {attribute.read_text().strip()!r}"
+    if error.errno == errno.EBUSY:
+        return "the counter is in use; disable it, or end what else has set it up"
+    if error.errno in (errno.EINVAL, errno.ERANGE, errno.EOPNOTSUPP):
+        return "this counter cannot do that"
+    return "the counter's driver refuses it"
 
 
 def _available() -> str:
