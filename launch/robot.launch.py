@@ -62,7 +62,13 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         chosen["filter"] = given["filter"]
     if given["compare"]:
         chosen["compare"] = given["compare"].split(",")
-    imu, encoders = [given["imu_params"], simulated], [given["encoder_params"], simulated]
+    robot = [path for path in config if Path(path).name == "robot.yaml"]
+    imu = [
+        *robot,
+        given["imu_params"],
+        simulated,
+    ]  # with the ranges that the chip's must agree with
+    encoders = [given["encoder_params"], simulated]
     if given["composed"] == "true":
         parameters = [*config, given["imu_params"], given["encoder_params"], simulated, chosen]
         found = [node("estimation_node", parameters)]

@@ -18,6 +18,7 @@ from twbr_estimation.configuration.files import (
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER, Settings
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.robot import Calibration, CorrectionSettings, EncoderPlacement, Robot, Setup
+from twbr_estimation.sensors.mpu6050 import Mpu6050Settings
 
 SHIPPED = Path(__file__).resolve().parents[2] / "config"
 GRAVITY = 9.80665
@@ -44,9 +45,11 @@ def polynomial(coefficients: tuple[float, ...], argument: float) -> float:
     return sum(c * argument ** (power + 1) for power, c in enumerate(coefficients))
 
 
-def test_the_shipped_example_is_the_robot_of_the_paper() -> None:
+def test_the_shipped_example_is_the_robot_of_the_paper_with_the_drivers_ranges() -> None:
     setup = read_setup(SHIPPED)
-    assert setup.robot == Robot()
+    chip = Mpu6050Settings()
+    ranges = {"gyro_range": chip.gyro_range, "accel_range": chip.accel_range}
+    assert setup.robot == replace(Robot(), **ranges)
     assert math.degrees(setup.calibration.gyro_bias[1]) == pytest.approx(-1.91195)
     # (52) in the paper's axis x' = -x: a corrected x' must be minus a corrected x.
     printed = (0.04537, -0.00576, -0.00143, 0.00005, 0.00001)

@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from twbr_estimation.nodes import lifecycle
+from twbr_estimation.nodes import encoder_node, lifecycle
 from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.encoder_node import EncoderNode
 from twbr_estimation.sensors.encoder import EncoderSettings
@@ -117,6 +117,32 @@ def test_it_outlives_failing_reads(graph: Any, monkeypatch: pytest.MonkeyPatch) 
     graph.spin_until(lambda: len(received) >= before + 5)
     assert node.is_active
     assert node.failure == ""
+
+
+def test_silence_is_an_error(graph: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    received = graph.collect(JointState, "joint_states")
+    node = _start(graph, (_rolling(1.0),), joint_names=["wheel"])
+    graph.spin_until(lambda: len(received) >= 5)
+    assert node.report().level is Level.OK
+    node._timer.cancel()
+    later = time.monotonic() + 12.0
+    monkeypatch.setattr(encoder_node.time, "monotonic", lambda: later)
+    report = node.report()
+    assert report.level is Level.ERROR
+    assert report.message.startswith("no joint states for 12")
+
+
+def test_counters_outlive_the_device(graph: Any) -> None:
+    counter = _rolling(1.0)
+    node = _start(graph, (counter,), joint_names=["wheel"])
+    counter.errors, counter.ambiguous = 7, 2
+    node.lose_device("unplugged")
+    assert node.report().values["wheel.missed_edges"] == 7
+    counter.errors, counter.ambiguous = 3, 0
+    node._start()
+    values = node.report().values
+    assert values["wheel.missed_edges"] == 10
+    assert values["wheel.ambiguous_edges"] == 2
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, Temperature
 
 from twbr_estimation.nodes import lifecycle
+from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.mpu6050_node import Mpu6050Node
 from twbr_estimation.sensors import mpu6050_reader
 from twbr_estimation.sensors.motion import swing
@@ -180,10 +181,51 @@ def test_it_polls_by_a_clock_that_nobody_sets(graph: Any, simulated: bool) -> No
         assert timer.clock.clock_type is ClockType.STEADY_TIME
 
 
+def test_a_dead_gyro_is_an_error_in_words(graph: Any) -> None:
+    class GyroDead(SimulatedMpu6050):
+        def _packet(self, seconds: float) -> bytes:
+            return super()._packet(seconds)[:8] + bytes(6)
+
+    node = _start(graph, GyroDead(time.monotonic_ns))
+    graph.spin_until(lambda: bool(node.reader.defect))
+    graph.spin_until(lambda: node.reader.running and node.reader.counters.samples > 500)
+    report = node.report()
+    assert report.level is Level.ERROR
+    assert report.message.startswith("gyro x, y, z stuck at 0")
+    assert report.values["stuck_words"] == 3
+
+
+def test_full_scales_that_differ_from_the_robot_s_are_said(graph: Any) -> None:
+    given = {"robot__gyro_range": 4.363323129985824, "robot__accel_range": 78.4532}
+    node = _start(graph, simulated=True, **given)
+    graph.spin_until(lambda: node.reader.counters.samples > 10)
+    report = node.report()
+    assert report.level is Level.WARN
+    assert report.message == "robot.gyro_range is 4.36332, the chip is set to 17.4533"
+
+
+def test_counters_outlive_the_bus(graph: Any) -> None:
+    chip = SimulatedMpu6050(time.monotonic_ns)
+    node = _start(graph, chip)
+    graph.spin_until(lambda: node.reader.counters.samples > 10)
+    chip.nack(1)
+    graph.spin_until(lambda: node.reader.counters.bus_errors == 1)
+    node.lose_device("unplugged")
+    node._start()
+    graph.spin_until(lambda: node.reader.counters.samples > 20)
+    assert node.report().values["bus_errors"] == 1
+
+
+def test_it_is_no_fault_to_have_no_sample_yet(graph: Any) -> None:
+    node = _start(graph, SimulatedMpu6050(time.monotonic_ns))
+    assert node.is_active
+    assert node.report().level is Level.OK
+
+
 def test_the_chip_cannot_be_changed_while_it_is_read(graph: Any) -> None:
     received = graph.collect(Imu, "imu/data_raw")
     node = _start(graph, simulated=True)
-    (refused,) = node.set_parameters([Parameter("mpu6050.accel_range_g", value=8)])
+    (refused,) = node.set_parameters([Parameter("mpu6050.accel_range_g", value=4)])
     assert not refused.successful
     assert "unconfigured" in refused.reason
     (accepted,) = node.set_parameters([Parameter("mpu6050.accel_stddev", value=0.3)])

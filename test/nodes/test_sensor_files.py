@@ -9,6 +9,7 @@ import pytest
 
 from twbr_estimation.nodes.encoder_node import EncoderNode
 from twbr_estimation.nodes.mpu6050_node import Mpu6050Node, Mpu6050NodeSettings
+from twbr_estimation.robot import Robot
 from twbr_estimation.sensors.joint_encoders import Role
 from twbr_estimation.sensors.mpu6050 import Reading
 
@@ -21,12 +22,27 @@ def _node(graph: Any, kind: Any, file: str, *arguments: str) -> Any:
 
 
 @pytest.mark.parametrize("namespace", ["/", "/robot"])
-def test_the_set_up_of_the_paper_is_the_default(graph: Any, namespace: str) -> None:
+def test_the_file_of_the_chip_has_the_defaults(graph: Any, namespace: str) -> None:
     node = _node(graph, Mpu6050Node, "mpu6050.yaml", "-r", f"__ns:={namespace}")
     chip, default = node.parameters.current.mpu6050, Mpu6050NodeSettings().mpu6050
     for name in ("gyro_range_deg", "accel_range_g", "dlpf_config", "sample_rate", "reading"):
         assert getattr(chip, name) == getattr(default, name)
     assert chip.gyro_stddev == 0.00178
+
+
+def test_the_set_up_of_the_paper_is_a_preset(graph: Any) -> None:
+    chip = _node(graph, Mpu6050Node, "mpu6050_laddach2022.yaml").parameters.current.mpu6050
+    assert (chip.gyro_range, chip.accel_range) == (Robot().gyro_range, Robot().accel_range)
+
+
+@pytest.mark.parametrize(
+    ("file", "agree"), [("mpu6050.yaml", True), ("mpu6050_laddach2022.yaml", False)]
+)
+def test_the_ranges_of_robot_and_chip_are_compared(graph: Any, file: str, agree: bool) -> None:
+    also = ("--params-file", str(CONFIG / "robot.yaml"))
+    settings = _node(graph, Mpu6050Node, file, *also).parameters.current
+    assert settings.robot.gyro_range > 0.0
+    assert (settings.robot.difference(settings.mpu6050) == "") is agree
 
 
 def test_the_fifo_file_reads_every_sample(graph: Any) -> None:

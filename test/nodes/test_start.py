@@ -15,6 +15,7 @@ from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.nodes.command_line import ParameterFile, prepared
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
+from twbr_estimation.nodes.mpu6050_node import Mpu6050Node
 from twbr_estimation.nodes.start import applies, start_warnings
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -128,6 +129,7 @@ def test_the_files_of_the_package_warn_of_nothing(graph: Any) -> None:
     }
     assert warned(graph, CorrectionNode, **given) == ""
     assert warned(graph, FilterNode, **given) == ""
+    assert warned(graph, Mpu6050Node, **given, simulated=True) == ""
 
 
 def test_a_file_for_another_node_is_named(graph: Any) -> None:

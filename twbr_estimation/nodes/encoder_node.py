@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from array import array
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -10,7 +11,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError
-from ..sensors.encoder import Counter, Encoder
+from ..sensors.encoder import Counter, Encoder, Tally
 from ..sensors.joint_encoders import JointEncoderSettings, open_encoders
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
@@ -21,6 +22,8 @@ from .spin import run
 
 FAILED_POLLS = 5
 """Polls in a row that fail before the counters are opened again."""
+SILENCE = 0.5
+"""Time without a message that is an error, three periods at least [s]."""
 
 
 class EncoderNode(DeviceNode):
@@ -46,6 +49,10 @@ class EncoderNode(DeviceNode):
         self.errors = 0
         """Reads that failed since the start."""
         self._failures = self._reported_errors = 0
+        self._published_at = 0.0
+        """When the last message went out, on the steady clock [s]."""
+        self._tallies: dict[str, Tally] = {}
+        """What went wrong with encoders that have been closed meanwhile, by joint."""
         self.parameters = NodeParameters(self, declarations_of(JointEncoderSettings()), self._build)
         self._message = JointState()
         self._diagnostics = Diagnostics(self, self.report, "encoders")
@@ -66,6 +73,9 @@ class EncoderNode(DeviceNode):
         settings = self.parameters.current
         self.encoders = open_encoders(settings, self._now, self._given)
         self._failures = 0
+        for encoder in self.encoders:
+            if encoder.remark:
+                self.get_logger().warning(encoder.remark)
         self._message = JointState(name=list(settings.joints))
         self._message.position = array("d", [0.0] * len(settings.joints))
         self._message.velocity = array("d", [0.0] * len(settings.joints))
@@ -78,6 +88,7 @@ class EncoderNode(DeviceNode):
         """Release the counters."""
         self.destroy_timer(self._timer)
         self.destroy_lifecycle_publisher(self._publisher)
+        self._tallies = self._tally()
         for encoder in self.encoders:
             encoder.close()
         self.encoders = []
@@ -100,6 +111,7 @@ class EncoderNode(DeviceNode):
         if self._listener is not None:
             self._listener(message)
         self._publisher.publish(message)
+        self._published_at = time.monotonic()
 
     def _failed(self, error: Exception) -> None:
         self.errors += 1
@@ -120,22 +132,43 @@ class EncoderNode(DeviceNode):
             response.success, response.message = True, f"now at {angle:g} rad"
         return response
 
+    def _tally(self) -> dict[str, Tally]:
+        """Return what went wrong since the start, by joint."""
+        found = dict(self._tallies)
+        for name, encoder in zip(self._message.name, self.encoders, strict=False):
+            found[name] = found.get(name, Tally()).plus(encoder.tally())
+        return found
+
     def report(self) -> Report:
         """Return what `/diagnostics` says."""
-        if not self.is_open:
-            return Report(Level.STALE, self.failure or "not configured", {"errors": self.errors})
         values: dict[str, object] = {"read_errors": self.errors}
-        level, message = Level.OK, "active" if self.is_active else "inactive"
-        for name, encoder in zip(self.parameters.current.joints, self.encoders, strict=True):
-            values[f"{name}.lost_counts"] = encoder.lost_counts
-            values[f"{name}.missed_edges"] = encoder.missed_edges
+        tallies = self._tally()
+        for name, tally in tallies.items():
+            values |= {f"{name}.{key}": number for key, number in tally._asdict().items()}
+        if not self.is_open:
+            return Report(Level.STALE, self.failure or "not configured", values)
+        for name, encoder in zip(self._message.name, self.encoders, strict=True):
             values[f"{name}.indexed"] = encoder.indexed
-            if encoder.lost_counts or encoder.missed_edges:
-                level, message = Level.WARN, f"{name}: counts were lost"
-        if self.errors > self._reported_errors:
-            level, message = Level.WARN, f"{self.errors - self._reported_errors} reads failed"
+        return Report(*self._verdict(tallies), values)
+
+    def _verdict(self, tallies: Mapping[str, Tally]) -> tuple[Level, str]:
+        """Return the worst of what there is to say; failed reads are counted anew."""
+        failed = self.errors - self._reported_errors
         self._reported_errors = self.errors
-        return Report(level, message, values)
+        if not self.is_active:
+            return Level.OK, "inactive"
+        silence = time.monotonic() - self._published_at
+        if self.is_settled and silence > max(SILENCE, 3.0 / self.parameters.current.poll_rate):
+            return Level.ERROR, f"no joint states for {silence:.1f} s"
+        if failed:
+            return Level.WARN, f"{failed} reads failed"
+        for name, tally in tallies.items():
+            if fault := tally.described():
+                return Level.WARN, f"{name}: {fault}"
+        for encoder in self.encoders:
+            if encoder.remark:
+                return Level.WARN, encoder.remark
+        return Level.OK, "reading"
 
 
 def main(arguments: list[str] | None = None) -> int:

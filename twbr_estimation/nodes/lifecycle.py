@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -15,6 +16,8 @@ from .watchdog import wall_timer
 
 RETRY_PERIOD = 2.0
 """Time between two attempts of a node that starts by itself [s]."""
+SETTLING_TIME = 0.5
+"""Time after activation within which silence is no fault [s]."""
 
 
 class DeviceNode(Guard, LifecycleNode):
@@ -32,11 +35,17 @@ class DeviceNode(Guard, LifecycleNode):
         self.is_open = False
         """Whether the device is open: the node is inactive or active."""
         self.is_active = False
+        self._active_since = 0.0
         self.failure = ""
         """Why the device could not be opened the last time."""
         text = "Configure and activate at the start, and try again while the device is missing."
         self.declare_parameter("autostart", True, ParameterDescriptor(description=text))
         self._starter = wall_timer(self, RETRY_PERIOD, self._start)
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the node has been active long enough to have delivered something."""
+        return self.is_active and time.monotonic() - self._active_since > SETTLING_TIME
 
     def open_device(self) -> None:
         """Open the device with the parameters in force; raises `TwbrError` if it cannot."""
@@ -97,7 +106,7 @@ class DeviceNode(Guard, LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let data flow."""
-        self.is_active = True
+        self.is_active, self._active_since = True, time.monotonic()
         self.get_logger().info("active")
         return super().on_activate(state)
 

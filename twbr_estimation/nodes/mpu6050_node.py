@@ -5,14 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from sensor_msgs.msg import Imu, Temperature
 
 from ..errors import ConfigurationError
+from ..parameters.bounds import Bounds
 from ..sensors.i2c import I2cRegisters, Registers
-from ..sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings, Reading
+from ..sensors.mpu6050 import PACKET_BYTES, ImuReading, Mpu6050, Mpu6050Settings, Reading
 from ..sensors.mpu6050_reader import Counters, Mpu6050Reader
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
 from .declarations import declarations_of, settings_from
@@ -26,8 +27,33 @@ TEMPERATURE_PERIOD = 0.1
 """Time between two temperatures [s]."""
 FAILED_ATTEMPTS = 5
 """Attempts to set the chip up before the bus itself is closed and opened again."""
+RANGE_TOLERANCE = 0.01
+"""Relative difference between two full scales that is taken for rounding."""
 AT_ANY_TIME = {"gyro_stddev", "accel_stddev"}
 """Parameters of the chip that only concern messages."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatedRanges:
+    """Full scales that the correction counts with; a difference from the chip's is said."""
+
+    gyro_range: Annotated[
+        float, Bounds(0.0, 100.0, "rad/s", "As in robot.yaml; 0 where it is not given.")
+    ] = 0.0
+    accel_range: Annotated[
+        float, Bounds(0.0, 1000.0, "m/s^2", "As in robot.yaml; 0 where it is not given.")
+    ] = 0.0
+
+    def difference(self, chip: Mpu6050Settings) -> str:
+        """Return in words what differs from the chip's set-up; empty where all agrees."""
+        found = []
+        for name, stated, true in (
+            ("gyro_range", self.gyro_range, chip.gyro_range),
+            ("accel_range", self.accel_range, chip.accel_range),
+        ):
+            if stated and abs(stated / true - 1.0) > RANGE_TOLERANCE:
+                found.append(f"robot.{name} is {stated:.6g}, the chip is set to {true:.6g}")
+        return "; ".join(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +66,8 @@ class Mpu6050NodeSettings:
     """Read a simulated chip that swings gently, instead of the bus."""
     mpu6050: Mpu6050Settings = field(default_factory=Mpu6050Settings)
     """The chip."""
+    robot: StatedRanges = field(default_factory=StatedRanges)
+    """What `robot.yaml` says of the chip, where it is given to this node too."""
 
 
 class Mpu6050Node(DeviceNode):
@@ -65,7 +93,7 @@ class Mpu6050Node(DeviceNode):
         self._imu = Imu()
         self._temperature = Temperature()
         self._until_temperature = 0
-        self._reported = Counters()
+        self._counters, self._reported = Counters(), Counters()
         self._imu_publisher = self.create_lifecycle_publisher(
             Imu, "imu/data_raw", published(), qos_overriding_options=overridable()
         )
@@ -85,7 +113,8 @@ class Mpu6050Node(DeviceNode):
             old, new = asdict(self.parameters.current), asdict(settings)
             for name in AT_ANY_TIME:
                 del old["mpu6050"][name], new["mpu6050"][name]
-            del old["frame_id"], new["frame_id"]
+            for name in ("frame_id", "robot"):
+                del old[name], new[name]
             if old != new:
                 raise ConfigurationError(
                     "the set-up of the chip can only change while the node is unconfigured"
@@ -123,16 +152,25 @@ class Mpu6050Node(DeviceNode):
         # Simulated time pauses and jumps, and the waits of its chip with it.
         simulated_time = self.get_parameter("use_sim_time").value
         monotonic = self._now if settings.simulated and simulated_time else time.monotonic_ns
-        self.reader = Mpu6050Reader(Mpu6050(registers, chip), self._now, monotonic)
+        device = Mpu6050(registers, chip)
+        self.reader = Mpu6050Reader(device, self._now, monotonic, counters=self._counters)
         try:
-            warning = self.reader.start()
+            remark = self.reader.start()
         except Exception:
             self.reader.stop()
             raise
-        if warning:
-            self.get_logger().warning(warning)
-        self._reported = Counters()
+        if remark:
+            self._say(remark, warning=not device.model.known)
+        if difference := settings.robot.difference(chip):
+            self._say(difference, warning=True)
         self._timer = self.poll_timer(1.0 / chip.poll_rate, self._poll)
+
+    def _say(self, text: str, warning: bool) -> None:
+        """Log it; rclpy ties a severity to the line that logs."""
+        if warning:
+            self.get_logger().warning(text)
+        else:
+            self.get_logger().info(text)
 
     def close_device(self) -> None:
         """Release the bus."""
@@ -176,17 +214,27 @@ class Mpu6050Node(DeviceNode):
         counters, before = self.reader.counters, self._reported
         values: dict[str, object] = {"phase": self.reader.phase.value, **asdict(counters)}
         if self.parameters.current.mpu6050.reading is Reading.FIFO:
+            values["largest_transfer"] = self.reader.fifo.transfer_packets * PACKET_BYTES
             values["sample_clock_drift_ppm"] = round(self.reader.sample_clock.drift * 1e6, 1)
         new = {key: n - getattr(before, key) for key, n in asdict(counters).items()}
         self._reported = Counters(**asdict(counters))
         samples = new.pop("samples")
         if not self.is_active:
             return Report(Level.OK, "inactive", values)
-        if not self.reader.running or not samples:
-            return Report(Level.ERROR, self.reader.last_error or "no samples", values)
-        if any(new.values()):
-            return Report(Level.WARN, self.reader.last_error or "disturbed bus", values)
-        return Report(Level.OK, f"{samples} samples since the last report", values)
+        return Report(*self._verdict(self.reader, samples, any(new.values())), values)
+
+    def _verdict(self, reader: Mpu6050Reader, samples: int, disturbed: bool) -> tuple[Level, str]:
+        """Return the worst of what there is to say."""
+        if not reader.running or (not samples and self.is_settled):
+            return Level.ERROR, reader.last_error or "no samples"
+        if reader.defect:
+            return Level.ERROR if reader.broken else Level.WARN, reader.defect
+        if disturbed:
+            return Level.WARN, reader.last_error or "disturbed bus"
+        settings = self.parameters.current
+        if difference := settings.robot.difference(settings.mpu6050):
+            return Level.WARN, difference
+        return Level.OK, f"{samples} samples since the last report"
 
 
 def main(arguments: list[str] | None = None) -> int:

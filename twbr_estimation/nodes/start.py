@@ -113,7 +113,7 @@ def _nobodys(name: str, declared: set[str]) -> bool:
     """Whether no node of this package has a parameter of this name."""
     owner, _, rest = name.partition(".")
     if rest and any(each.startswith(f"{owner}.") for each in declared):
-        return True  # robot.wheel_radious where the node has the robot
+        return rest not in _fields()  # robot.wheel_radious where the node has the robot
     return owner not in _fields()
 
 

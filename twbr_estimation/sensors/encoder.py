@@ -100,6 +100,16 @@ class Tally(NamedTuple):
         """Return the sum."""
         return Tally(*(mine + theirs for mine, theirs in zip(self, other, strict=True)))
 
+    def described(self) -> str:
+        """Return the worst of it in words, or nothing."""
+        if self.lost_counts or self.missed_edges:
+            return "counts were lost"
+        if self.ambiguous_edges:
+            return f"{self.ambiguous_edges} edges came two in an interrupt: direction uncertain"
+        if self.late_reads:
+            return f"edges come faster than they are read ({self.late_reads} times)"
+        return ""
+
 
 def unwrapped(change: int, modulus: int) -> int:
     """Return the smallest change that a wrapping counter's change can stand for."""

@@ -98,14 +98,24 @@ class Mpu6050Settings:
         return self.poll_rate if self.reading is Reading.BURST else self.sample_rate
 
     @property
+    def gyro_range(self) -> float:
+        """Full scale of the gyro [rad/s]."""
+        return math.radians(self.gyro_range_deg)
+
+    @property
+    def accel_range(self) -> float:
+        """Full scale of the accelerometer [m/s^2]."""
+        return self.accel_range_g * STANDARD_GRAVITY
+
+    @property
     def gyro_scale(self) -> float:
         """Angular rate of one least significant bit [rad/s]."""
-        return math.radians(self.gyro_range_deg) / RAW_FULL_SCALE
+        return self.gyro_range / RAW_FULL_SCALE
 
     @property
     def accel_scale(self) -> float:
         """Specific force of one least significant bit [m/s^2]."""
-        return self.accel_range_g * STANDARD_GRAVITY / RAW_FULL_SCALE
+        return self.accel_range / RAW_FULL_SCALE
 
     def require_fifo(self, model: ChipModel) -> None:
         """Check that the chip's FIFO holds the samples between two polls.
