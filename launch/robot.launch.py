@@ -62,12 +62,9 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         chosen["filter"] = given["filter"]
     if given["compare"]:
         chosen["compare"] = given["compare"].split(",")
+    # The driver compares its ranges with those that the correction counts with.
     robot = [path for path in config if Path(path).name == "robot.yaml"]
-    imu = [
-        *robot,
-        given["imu_params"],
-        simulated,
-    ]  # with the ranges that the chip's must agree with
+    imu = [*robot, given["imu_params"], simulated]
     encoders = [given["encoder_params"], simulated]
     if given["composed"] == "true":
         parameters = [*config, given["imu_params"], given["encoder_params"], simulated, chosen]
