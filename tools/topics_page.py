@@ -24,6 +24,8 @@ from rclpy.parameter import Parameter
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import twbr_estimation.nodes
+from twbr_estimation.filters import filters
+from twbr_estimation.nodes.correction_node import CorrectionNode
 
 HEAD = """# Nodes and topics
 
@@ -38,6 +40,15 @@ ROOT = Path(__file__).resolve().parent.parent
 BAG = ROOT / "bags" / "verification"
 GIVEN = {"autostart": "`true`", "bag": "must be given"}
 """What to say of the parameters that are set here to create the nodes."""
+PARAMETER_HEAD = ("parameter", "default", "limits", "meaning")
+SETUP = ("robot", "calibration", "correction")
+"""Groups of parameters that several nodes have."""
+ANCHOR = "#robot-calibration-and-correction"
+SHARED_HEAD = """## Robot, calibration and correction
+
+The parameters of `robot.yaml` and `calibration.yaml`, the same in every node that has them. Give
+each node the same files.
+"""
 EVERYWHERE = {"/parameter_events", "/rosout", "/clock"}
 HIDDEN = ("qos_overrides.", "use_sim_time", "start_type_description_service")
 OF_EVERY_NODE = ("parameter", "get_type_description")
@@ -46,14 +57,52 @@ OF_LIFECYCLE = ("/change_state", "/get_state", "/get_available_", "/get_transiti
 
 def page(context: Context) -> str:
     """Return the page; nodes are created in `context`."""
-    folder = Path(twbr_estimation.nodes.__file__).parent
     lines = [HEAD]
-    for path in sorted(folder.glob("*_node.py")):
-        module = import_module(f"twbr_estimation.nodes.{path.stem}")
-        lines += [f"## {path.stem}\n", f"{(getdoc(module) or '').strip()}\n"]
+    for module in node_modules():
+        name = module.__name__.rpartition(".")[2]
+        lines += [f"## {name}\n", f"{(getdoc(module) or '').strip()}\n"]
         for kind in node_kinds(module):
             lines += section(kind, context)
+    lines += [SHARED_HEAD, *table(PARAMETER_HEAD, setup_parameters(context))]
     return "\n".join(lines)
+
+
+def split(rows: Sequence[tuple[str, ...]]) -> tuple[list[tuple[str, ...]], list[str]]:
+    """Return a node's own parameters, and a line for each group that others have, too."""
+    own: list[tuple[str, ...]] = []
+    groups: dict[str, bool] = {}
+    for row in rows:
+        name = row[0].strip("`").partition(".")[0]
+        if name in SETUP:
+            groups[name] = row[-1].endswith("Read-only.")
+        elif name not in filters():
+            own.append(row)
+    lines = []
+    if groups:
+        names = ", ".join(f"`{name}.*`" for name in groups)
+        fixed = ", read-only" if any(groups.values()) else ""
+        lines.append(f"And {names}{fixed}: see [robot, calibration and correction]({ANCHOR}).")
+    if any(row[0].strip("`").partition(".")[0] in filters() for row in rows):
+        lines.append("And `FILTER.PARAMETER` of every filter: see [filters](filters.md).")
+    return own, lines
+
+
+def setup_parameters(context: Context) -> list[tuple[str, ...]]:
+    """Return the parameters of robot, calibration and correction as correction_node has them."""
+    node = CorrectionNode(context=context)
+    try:
+        return [row for row in parameters(node) if row[0].strip("`").partition(".")[0] in SETUP]
+    finally:
+        node.destroy_node()
+
+
+def node_modules() -> list[ModuleType]:
+    """Return the modules of all nodes, by name."""
+    folder = Path(twbr_estimation.nodes.__file__).parent
+    return [
+        import_module(f"twbr_estimation.nodes.{path.stem}")
+        for path in sorted(folder.glob("*_node.py"))
+    ]
 
 
 def node_kinds(module: ModuleType) -> list[type[Node]]:
@@ -67,20 +116,27 @@ def node_kinds(module: ModuleType) -> list[type[Node]]:
 
 def section(kind: type[Node], context: Context) -> Iterator[str]:
     """Yield the lines about one node: tables of topics, services and parameters."""
-    bag = Parameter("bag", value=str(BAG))
-    simulated, waiting = Parameter("simulated", value=True), Parameter("autostart", value=False)
+    bag, simulated = Parameter("bag", value=str(BAG)), Parameter("simulated", value=True)
     running = kind(context=context, parameter_overrides=[bag, simulated])
-    plain = kind(context=context, parameter_overrides=[bag, waiting], namespace="plain")
+    plain = plain_node(kind, context)
     try:
         if issubclass(kind, LifecycleNode):
             yield "A lifecycle node: `ros2 lifecycle set` and its services work.\n"
         yield from table(("publishes", "type", "QoS"), published(running))
         yield from table(("subscribes", "type", "QoS"), subscribed(running))
         yield from table(("service", "type"), served(running))
-        yield from table(("parameter", "default", "limits", "meaning"), parameters(plain))
+        own, shared = split(parameters(plain))
+        yield from table(PARAMETER_HEAD, own)
+        yield from (f"{line}\n" for line in shared)
     finally:
         running.destroy_node()
         plain.destroy_node()
+
+
+def plain_node(kind: type[Node], context: Context) -> Node:
+    """Return a node with the defaults of its parameters, as far as it can be created so."""
+    given = [Parameter("bag", value=str(BAG)), Parameter("autostart", value=False)]
+    return kind(context=context, parameter_overrides=given, namespace="plain")
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
@@ -122,14 +178,19 @@ def served(node: Node) -> list[tuple[str, ...]]:
 def parameters(node: Node) -> list[tuple[str, ...]]:
     """Return name, default, limits and meaning of every parameter."""
     rows: list[tuple[str, ...]] = []
-    for name in sorted(node.list_parameters([], 0).names):
-        if not name.startswith(HIDDEN):
-            descriptor = node.describe_parameter(name)
-            value = node.get_parameter_or(name, Parameter(name)).value
-            meaning = descriptor.description + (" Read-only." if descriptor.read_only else "")
-            cells = (f"`{name}`", default(name, value), limits(descriptor), meaning)
-            rows.append(tuple(cell.replace("|", "\\|") for cell in cells))
+    for name in parameter_names(node):
+        descriptor = node.describe_parameter(name)
+        value = node.get_parameter_or(name, Parameter(name)).value
+        meaning = descriptor.description + (" Read-only." if descriptor.read_only else "")
+        cells = (f"`{name}`", default(name, value), limits(descriptor), meaning)
+        rows.append(tuple(cell.replace("|", "\\|") for cell in cells))
     return rows
+
+
+def parameter_names(node: Node) -> list[str]:
+    """Return the names of a node's own parameters, sorted."""
+    names = sorted(node.list_parameters([], 0).names)
+    return [name for name in names if not name.startswith(HIDDEN)]
 
 
 def default(name: str, value: Any) -> str:

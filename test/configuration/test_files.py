@@ -168,7 +168,10 @@ REFUSED = {
     "text in a list": ("robot: {lever_arm: [0.1, 0.2, x]}", "'x' is not a number"),
     "not finite": ("robot: {wheel_radius: .nan}", r"robot\.wheel_radius: nan is not finite"),
     "infinite in a list": ("calibration: {gyro_bias: [0.0, .inf, 0.0]}", "inf is not finite"),
-    "out of range": ("robot: {wheel_radius: -0.1}", r"robot\.wheel_radius: -0.1 is not above 0"),
+    "out of range": (
+        "robot: {wheel_radius: -0.1}",
+        r"robot\.wheel_radius: -0.1 is outside \[0.001, 1\] m",
+    ),
     "no such placement": ("robot: {encoder_placement: roof}", "'roof' is none of body, ground"),
     "unstable low-pass": (
         "correction: {rate_time_constant: -0.01, dt: 0.02}",

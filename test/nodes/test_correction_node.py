@@ -165,6 +165,19 @@ def test_calibration_rejects_motion_then_saves_and_reloads(
     graph.spin_until(lambda: True in late)
 
 
+def test_a_calibration_file_replaces_the_whole_calibration(graph: Any, tmp_path: Path) -> None:
+    """A polynomial of the parameters beside the biases of the file would be neither's."""
+    file = tmp_path / "calibration.yaml"
+    file.write_text("/**: {ros__parameters: {calibration: {gyro_bias: [0.1, 0.2, 0.3]}}}")
+    given = {"accel_scale_x": [0.1, 0.2], "gyro_scale": [1.1, 1.0, 1.0]}
+    overrides = [Parameter(f"calibration.{name}", value=value) for name, value in given.items()]
+    overrides.append(Parameter("calibration_file", value=str(file)))
+    node = graph.add(CorrectionNode(context=graph.context, parameter_overrides=overrides))
+    assert list(node.get_parameter("calibration.gyro_bias").value) == [0.1, 0.2, 0.3]
+    assert len(node.get_parameter("calibration.accel_scale_x").value) == 0
+    assert list(node.get_parameter("calibration.gyro_scale").value) == [1.0, 1.0, 1.0]
+
+
 def test_a_calibration_file_that_cannot_be_used_is_one_clear_error(
     graph: Any, tmp_path: Path
 ) -> None:

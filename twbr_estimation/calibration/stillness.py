@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 
 from ..errors import ConfigurationError, MotionError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import SampleTrack
 from ..recording import FloatArray
 from ..robot import Calibration, Robot
@@ -53,8 +53,9 @@ class StillnessSettings(StillnessLimits):
     """How long a robot must stand still, what counts as still, and what is estimated."""
 
     duration: Annotated[float, Bounds(0.5, 60.0, "s", "Time the biases are averaged over")] = 2.0
-    accelerometer: bool = False
-    """Whether the accelerometer's biases are estimated, too; needs a known tilt."""
+    accelerometer: Annotated[
+        bool, Meaning("Whether the accelerometer's biases are estimated, too; needs a known tilt.")
+    ] = False
     tilt: Annotated[
         float, Bounds(-math.pi, math.pi, "rad", "The robot's tilt while it stands still")
     ] = 0.0

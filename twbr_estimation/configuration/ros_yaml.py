@@ -1,6 +1,6 @@
 """ROS parameter files: `NODE: {ros__parameters: {...}}` as flat, dotted names and back.
 
-Knows the syntax only; what the names mean is `yaml_files`' business.
+Knows the syntax only; what the names mean is settled in `files`.
 """
 
 from __future__ import annotations

@@ -17,11 +17,16 @@ from ..configuration.files import read_setup, write_section
 from ..errors import TwbrError
 from ..robot import Calibration, Setup
 from ..samples import Sample
-from .declarations import declarations_of, settings_from
-from .parameters import NodeParameters
+from .declarations import Declaration, declarations_of, settings_from
+from .parameters import NodeParameters, declare
 from .qos import latched
 
-CALIBRATION_FILE = "calibration_file"
+CALIBRATION_FILE = Declaration(
+    "calibration_file",
+    "",
+    "File from which the calibration is loaded at the start and to which ~/calibrate saves it.",
+    read_only=True,
+)
 
 
 class CalibrationService:
@@ -53,7 +58,7 @@ class CalibrationService:
             declarations_of(defaults, "stillness."),
             lambda values: settings_from(defaults, values, "stillness."),
         )
-        name = node.declare_parameter(CALIBRATION_FILE, "").value
+        name = declare(node, CALIBRATION_FILE)
         self._path = Path(name).expanduser() if name else None
         self.calibrated = self._load() or setup().calibration != Calibration()
         """Whether the calibration is more than the defaults."""
@@ -72,11 +77,10 @@ class CalibrationService:
         """Set the parameters `calibration.*`; what they are checked against applies here too."""
         declared = declarations_of(calibration, "calibration.")
         changes = [
-            Parameter(each.name, value=list(each.default))
+            Parameter(each.name, Parameter.Type.DOUBLE_ARRAY, list(each.default))
             if isinstance(each.default, tuple)
             else Parameter(each.name, value=each.default)
             for each in declared
-            if each.default != ()
         ]
         result = self._node.set_parameters_atomically(changes)
         if not result.successful:
@@ -104,7 +108,7 @@ class CalibrationService:
 
     def _save(self, calibration: Calibration) -> str:
         if self._path is None:
-            return f"not saved: the parameter {CALIBRATION_FILE} is empty"
+            return f"not saved: the parameter {CALIBRATION_FILE.name} is empty"
         provenance: dict[str, str | float] = {
             "source": f"service {self._service.srv_name} of a robot at rest",
             "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),

@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from ..controllers.base import controllers
 from ..errors import TwbrError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Robot
 from ..streams.control.balance import BalanceConfiguration, BalanceSettings
 from ..streams.control.motors import ControlConfiguration, ControlSettings
@@ -45,21 +45,41 @@ class ControllerInputs:
         ConfigurationError: a number out of bounds.
     """
 
-    input: TiltSource = TiltSource.IMU
-    """`imu` for tilt, rate and stamp of `imu/data`; `tilt` for the number on `tilt`, its rate
-    derived and its stamp that of its arrival."""
-    use_stamped_vel: bool = True
-    """Whether `cmd_vel` is geometry_msgs/TwistStamped; otherwise geometry_msgs/Twist."""
-    publish_torque: bool = False
-    """Whether `motor/torque` goes out beside `motor/command`, for motors that take a torque."""
-    left_wheel_joint: str = "left_wheel_joint"
-    """Name of the left wheel in `joint_states`; one of the two wheels is enough to balance. Where
-    a robot has neither joint, `wheel_joint` counts."""
-    right_wheel_joint: str = "right_wheel_joint"
-    """Name of the right wheel in `joint_states`."""
-    prepare_all: bool = True
-    """Prepare every controller in the background at the start, so that none keeps the robot
-    waiting when it is switched to: `lqr` takes seconds the first time. False saves memory."""
+    input: Annotated[
+        TiltSource,
+        Meaning(
+            "`imu` for tilt, rate and stamp of `imu/data`; `tilt` for the number on `tilt`, "
+            "its rate derived and its stamp that of its arrival."
+        ),
+    ] = TiltSource.IMU
+    use_stamped_vel: Annotated[
+        bool,
+        Meaning("Whether `cmd_vel` is geometry_msgs/TwistStamped; otherwise geometry_msgs/Twist."),
+    ] = True
+    publish_torque: Annotated[
+        bool,
+        Meaning(
+            "Whether `motor/torque` goes out beside `motor/command`, for motors that take a torque."
+        ),
+    ] = False
+    left_wheel_joint: Annotated[
+        str,
+        Meaning(
+            "Name of the left wheel in `joint_states`; one of the two wheels is enough to "
+            "balance. Where a robot has neither joint, `wheel_joint` counts."
+        ),
+    ] = "left_wheel_joint"
+    right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
+        "right_wheel_joint"
+    )
+    prepare_all: Annotated[
+        bool,
+        Meaning(
+            "Prepare every controller in the background at the start, so that none keeps "
+            "the robot waiting when it is switched to: `lqr` takes seconds the first time. "
+            "False saves memory."
+        ),
+    ] = True
     balance_tilt: Annotated[
         float,
         Bounds(-1.5, 1.5, "rad", "Tilt at which the robot balances, subtracted"),

@@ -21,8 +21,8 @@ from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import declare_inputs, listen
-from .parameters import NodeParameters
+from .inputs import IMU_FRAME, declare_inputs, listen
+from .parameters import NodeParameters, declare
 from .qos import overridable, published
 from .spin import run
 from .watchdog import Watchdog
@@ -70,7 +70,7 @@ class CorrectionNode(GuardedNode):
         self._diagnostics = Diagnostics(self, self._report)
 
     def _connect(self, subscribe: bool) -> None:
-        frame = self.declare_parameter("frame_id", "imu_link").value
+        frame = declare(self, IMU_FRAME)
         self._encoder = ImuEncoder(frame)
         self._publisher = self.create_publisher(
             Imu, "imu/data_corrected", published(), qos_overriding_options=overridable()

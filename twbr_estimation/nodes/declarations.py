@@ -1,34 +1,24 @@
 """What ROS parameters there are, derived from settings dataclasses and filter specs.
 
 Nothing is declared twice: names, defaults, limits, units and descriptions come from the
-dataclass (its `Annotated` bounds, else the docstring below the field) or from the filter.
+annotations of the dataclass, or from the filter.
 """
 
 from __future__ import annotations
 
-import re
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
-from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin, get_type_hints
 
 from ..errors import ConfigurationError
 from ..filters.base import Filter
-from ..parameters.bounds import Bounds, bounds_of
+from ..parameters.bounds import Bounds, Meaning, annotations_of
 
 if TYPE_CHECKING:  # nodes that filter start without the controllers
     from ..controllers.base import Controller
 
 Settings = TypeVar("Settings")
-
-_CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
-_DOCUMENTED = re.compile(
-    r'^    (\w+): [^\n]*(?:\n        [^\n]*|\n    [)\]][^\n]*)*\n    """(.*?)"""',
-    re.MULTILINE | re.DOTALL,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +54,7 @@ def declarations_of(
     """
     found: list[Declaration] = []
     kind: Any = type(defaults)
-    bounds, docs, hints = bounds_of(kind), _field_docs(kind), get_type_hints(kind)
+    annotations, hints = annotations_of(kind), get_type_hints(kind)
     for entry in fields(defaults):
         if only is not None and entry.name not in only:
             continue
@@ -72,12 +62,13 @@ def declarations_of(
         if is_dataclass(value):
             found.extend(declarations_of(value, f"{name}.", read_only))
             continue
-        limits = bounds.get(entry.name)
-        text = _described(limits) if limits else docs.get(entry.name, "")
+        about = annotations[entry.name]
+        limits = about if isinstance(about, Bounds) else None
         choices = tuple(str(each.value) for each in type(value)) if isinstance(value, Enum) else ()
         default = value.value if isinstance(value, Enum) else value
         strings = str in get_args(hints[entry.name])
         length = _length_of(hints[entry.name])
+        text = _described(about)
         found.append(Declaration(name, default, text, limits, choices, read_only, strings, length))
     return tuple(found)
 
@@ -151,25 +142,6 @@ def _converted(name: str, value: Any, default: Any) -> Any:
     return tuple(value) if isinstance(default, tuple) else value
 
 
-def _described(bounds: Bounds) -> str:
-    return f"{bounds.description} [{bounds.unit}]" if bounds.unit else bounds.description
-
-
-@cache
-def _field_docs(kind: type[Any]) -> Mapping[str, str]:
-    """Return the docstrings that stand below the fields of a class.
-
-    Found by their layout in the source: parsing it would cost a node a tenth of its start.
-    """
-    source = _classes_of(kind.__module__).get(kind.__qualname__, "")
-    return {name: " ".join(text.split()) for name, text in _DOCUMENTED.findall(source)}
-
-
-@cache
-def _classes_of(module: str) -> Mapping[str, str]:
-    """Return the sources of a module's top-level classes; none where there is no source."""
-    path = getattr(sys.modules[module], "__file__", None)
-    if path is None or not path.endswith(".py"):
-        return {}
-    parts = _CLASS.split(Path(path).read_text(encoding="utf-8"))
-    return dict(zip(parts[1::2], parts[2::2], strict=True))
+def _described(about: Bounds | Meaning) -> str:
+    unit = about.unit if isinstance(about, Bounds) else ""
+    return f"{about.description} [{unit}]" if unit else about.description

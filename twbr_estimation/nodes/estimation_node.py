@@ -8,22 +8,25 @@ from __future__ import annotations
 
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 
 from ..messages import joint_position, sample_of, stamp_of
 from ..pipeline.pairing import wheel_reading
 from .correction_node import CorrectionNode
+from .declarations import Declaration
 from .encoder_node import EncoderNode
 from .filter_node import FilterNode
 from .guard import GuardedNode
 from .mpu6050_node import Mpu6050Node
+from .parameters import declare
 from .spin import run
 
-DRIVERS = ParameterDescriptor(
-    description="Whether the sensors are read in this process; else from imu/data_raw and "
-    "joint_states, for instance of a replay.",
+DRIVERS = Declaration(
+    "drivers",
+    True,
+    "Whether the sensors are read in this process; else from imu/data_raw and joint_states, for "
+    "instance of a replay.",
     read_only=True,
 )
 
@@ -31,7 +34,7 @@ DRIVERS = ParameterDescriptor(
 def compose(**options: Any) -> list[Node]:
     """Return the connected nodes, each created with these options of `rclpy.node.Node`."""
     process = GuardedNode("estimation_node", **options)
-    drivers = process.declare_parameter("drivers", True, DRIVERS).value
+    drivers = declare(process, DRIVERS)
     tilt = FilterNode(subscribe=False, **options)
     correction = CorrectionNode(tilt.take, subscribe=not drivers, **options)
     tilt.pass_motors = correction.take_motors

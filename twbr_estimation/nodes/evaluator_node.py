@@ -21,7 +21,7 @@ from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError, MessageError, TwbrError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..scoring.errors import Options, RecordingScore
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
 from ..scoring.live import LiveEvaluation
@@ -49,12 +49,18 @@ REFERENCE = "reference"
 class EvaluatorSettings:
     """Parameters of the node."""
 
-    estimators: tuple[str, ...] = ("active=imu/data",)
-    """Estimators to compare, as `NAME=TOPIC[:JOINT][,sign=-1][,unit=deg][,offset_deg=NUMBER]`; the
-    topic's type, Imu, JointState or Float64, shows by itself. All of `tilt/compare` comes on
-    top."""
-    reference_joint: str = "tilt"
-    """Joint of `reference/joint_states` that is the tilt."""
+    estimators: Annotated[
+        tuple[str, ...],
+        Meaning(
+            "Estimators to compare, as "
+            "`NAME=TOPIC[:JOINT][,sign=-1][,unit=deg][,offset_deg=NUMBER]`; the topic's "
+            "type, Imu, JointState or Float64, shows by itself. All of `tilt/compare` comes "
+            "on top."
+        ),
+    ] = ("active=imu/data",)
+    reference_joint: Annotated[
+        str, Meaning("Joint of `reference/joint_states` that is the tilt.")
+    ] = "tilt"
     reference_delay: Annotated[
         float, Bounds(-10.0, 10.0, "s", "An estimate at t is compared with the reference at t - it")
     ] = 0.0
@@ -63,12 +69,11 @@ class EvaluatorSettings:
     ] = 0.0
     skip: Annotated[float, Bounds(0.0, 1e6, "s", "Time at the start that is not scored")] = 0.0
     period: Annotated[float, Bounds(0.05, 3600.0, "s", "Time between two sets of figures")] = 1.0
-    source: str = "live"
-    """What to call the data in table and JSON."""
-    json_file: str = ""
-    """Where the figures are written at the end; nowhere if empty."""
-    table: bool = True
-    """Print the table at the end."""
+    source: Annotated[str, Meaning("What to call the data in table and JSON.")] = "live"
+    json_file: Annotated[
+        str, Meaning("Where the figures are written at the end; nowhere if empty.")
+    ] = ""
+    table: Annotated[bool, Meaning("Print the table at the end.")] = True
 
     def __post_init__(self) -> None:
         require_bounds(self)

@@ -20,7 +20,8 @@ from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
 from .guard import GuardedNode
-from .inputs import declare_inputs, listen
+from .inputs import IMU_FRAME, declare_inputs, listen
+from .parameters import declare
 from .spin import run
 from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
@@ -43,7 +44,7 @@ class FilterNode(GuardedNode):
         inputs = declare_inputs(self)
         self._stream = FilterStream(configuration.filters)
         self._input = TiltInput(inputs, configuration.setup)
-        self._outputs = TiltOutputs(self, self.declare_parameter("frame_id", "imu_link").value)
+        self._outputs = TiltOutputs(self, declare(self, IMU_FRAME))
         self._transform = TiltTransform(self)
         self._counts = {"samples": 0, "not_finite_estimates": 0, "unreadable_messages": 0}
         self._trusted = True

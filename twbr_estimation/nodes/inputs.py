@@ -8,9 +8,13 @@ from typing import Any
 from rclpy.node import Node
 
 from ..streams.inputs import InputSettings
-from .declarations import declarations_of, settings_from
+from .declarations import Declaration, declarations_of, settings_from
 from .parameters import NodeParameters
 from .qos import overridable, subscribed
+
+IMU_FRAME = Declaration(
+    "frame_id", "imu_link", "Frame of the Imu messages that are published.", read_only=True
+)
 
 
 def declare_inputs(node: Node) -> InputSettings:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.timer import Timer
 
 from ..errors import TwbrError
 from ..streams.mishaps import LOG_PERIOD, described
+from .declarations import Declaration
 from .guard import Guard
+from .parameters import declare
 from .watchdog import wall_timer
 
 RETRY_PERIOD = 2.0
@@ -39,7 +40,7 @@ class DeviceNode(Guard, LifecycleNode):
         self.failure = ""
         """Why the device could not be opened the last time."""
         text = "Configure and activate at the start, and try again while the device is missing."
-        self.declare_parameter("autostart", True, ParameterDescriptor(description=text))
+        declare(self, Declaration("autostart", True, text))
         self._starter = wall_timer(self, RETRY_PERIOD, self._start)
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from sensor_msgs.msg import Imu, Temperature
 
 from ..errors import ConfigurationError
-from ..parameters.bounds import Bounds
+from ..parameters.bounds import Bounds, Meaning
 from ..sensors.i2c import I2cRegisters, Registers
 from ..sensors.mpu6050 import PACKET_BYTES, ImuReading, Mpu6050, Mpu6050Settings, Reading
 from ..sensors.mpu6050_reader import Counters, Mpu6050Reader
@@ -60,14 +60,17 @@ class StatedRanges:
 class Mpu6050NodeSettings:
     """Parameters of the node."""
 
-    frame_id: str = "imu_link"
-    """Frame of the sensor's axes."""
-    simulated: bool = False
-    """Read a simulated chip that swings gently, instead of the bus."""
-    mpu6050: Mpu6050Settings = field(default_factory=Mpu6050Settings)
-    """The chip."""
-    robot: StatedRanges = field(default_factory=StatedRanges)
-    """What `robot.yaml` says of the chip, where it is given to this node too."""
+    frame_id: Annotated[str, Meaning("Frame of the sensor's axes.")] = "imu_link"
+    simulated: Annotated[
+        bool, Meaning("Read a simulated chip that swings gently, instead of the bus.")
+    ] = False
+    mpu6050: Annotated[Mpu6050Settings, Meaning("The chip.")] = field(
+        default_factory=Mpu6050Settings
+    )
+    robot: Annotated[
+        StatedRanges,
+        Meaning("What `robot.yaml` says of the chip, where it is given to this node too."),
+    ] = field(default_factory=StatedRanges)
 
 
 class Mpu6050Node(DeviceNode):

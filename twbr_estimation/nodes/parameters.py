@@ -37,6 +37,8 @@ def descriptor_of(declaration: Declaration) -> ParameterDescriptor:
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(bounds.minimum), to_value=float(bounds.maximum))
         ]
+    elif bounds is not None:  # an array: ROS has no range for its elements
+        descriptor.additional_constraints = f"each {bounds.minimum:g} to {bounds.maximum:g}"
     return descriptor
 
 
@@ -67,7 +69,7 @@ class NodeParameters(Generic[Built]):
             ConfigurationError: an initial value of the wrong type or outside its limits.
         """
         self._defaults = {each.name: each for each in declarations}
-        self._values = {name: _declare(node, each) for name, each in self._defaults.items()}
+        self._values = {name: declare(node, each) for name, each in self._defaults.items()}
         self._build = build
         self._apply = apply
         self.current: Built = build(self._values)
@@ -120,8 +122,12 @@ def require_length(declaration: Declaration, value: Any) -> None:
         )
 
 
-def _declare(node: Node, declaration: Declaration) -> Any:
-    """Declare one parameter and return its first value."""
+def declare(node: Node, declaration: Declaration) -> Any:
+    """Declare one parameter and return its first value.
+
+    Raises:
+        ConfigurationError: a first value of the wrong type or outside the limits.
+    """
     default = declaration.default
     _use_declared_type(node, declaration)
     try:

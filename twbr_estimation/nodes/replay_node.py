@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 
 from ..bags.playback import read_playback
 from ..errors import ConfigurationError, TwbrError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..streams.replay.pacing import Pace, Window
 from ..streams.replay.player import Player, Stretch, stamp_of
 from .declarations import declarations_of, settings_from
@@ -44,26 +44,35 @@ FLUSH_LIMIT = 5.0
 class ReplaySettings:
     """Parameters of the node."""
 
-    bag: str = ""
-    """The recording: a rosbag2 directory, an .mcap or .db3 file, or a ROS 1 bag."""
+    bag: Annotated[
+        str, Meaning("The recording: a rosbag2 directory, an .mcap or .db3 file, or a ROS 1 bag.")
+    ] = ""
     rate: Annotated[
         float, Bounds(0.0, 1000.0, "", "Speed; 1 as recorded, 0 as fast as the graph can take it")
     ] = 1.0
-    loop: bool = False
-    """Begin again at the end."""
+    loop: Annotated[bool, Meaning("Begin again at the end.")] = False
     start: Annotated[float, Bounds(0.0, 1e6, "s", "Time at the beginning that is left out")] = 0.0
     duration: Annotated[
         float, Bounds(0.0, 1e6, "s", "Time that is played from there; 0 is all")
     ] = 0.0
-    paused: bool = False
-    """Wait for the service `resume` before the first message."""
-    exit_at_end: bool = False
-    """End the process after the last message."""
-    clock: bool = True
-    """Publish the recorded time on `/clock`."""
-    restamp: bool = False
-    """Shift header stamps and `/clock` so that each pass begins now; otherwise unchanged."""
-    exclude: tuple[str, ...] = (
+    paused: Annotated[bool, Meaning("Wait for the service `resume` before the first message.")] = (
+        False
+    )
+    exit_at_end: Annotated[bool, Meaning("End the process after the last message.")] = False
+    clock: Annotated[bool, Meaning("Publish the recorded time on `/clock`.")] = True
+    restamp: Annotated[
+        bool,
+        Meaning(
+            "Shift header stamps and `/clock` so that each pass begins now; otherwise unchanged."
+        ),
+    ] = False
+    exclude: Annotated[
+        tuple[str, ...],
+        Meaning(
+            "Topics that are not played; by default those that the running nodes publish "
+            "themselves."
+        ),
+    ] = (
         "/imu/data_corrected",
         "/imu/data",
         "/tilt",
@@ -74,19 +83,24 @@ class ReplaySettings:
         "/rosout",
         "/parameter_events",
     )
-    """Topics that are not played; by default those that the running nodes publish themselves."""
-    wait_for: tuple[str, ...] = ()
-    """Topics that need a publisher and a subscriber before the first message."""
+    wait_for: Annotated[
+        tuple[str, ...],
+        Meaning("Topics that need a publisher and a subscriber before the first message."),
+    ] = ()
     wait_limit: Annotated[
         float, Bounds(0.0, 3600.0, "s", "Longest wait for them; then the node ends with an error")
     ] = 30.0
     delay: Annotated[
         float, Bounds(0.0, 3600.0, "s", "Pause between finding the graph and the first message")
     ] = 0.5
-    follow: tuple[str, ...] = ("evaluator_node/progress", "imu/data", "imu/data_corrected")
-    """At rate 0: topics with a header whose stamps say how far their publishers have come.
-    Those that exist at the start are followed; without any, each window of messages waits for
-    the middleware's acknowledgement, which is slow."""
+    follow: Annotated[
+        tuple[str, ...],
+        Meaning(
+            "At rate 0: topics with a header whose stamps say how far their publishers have "
+            "come. Those that exist at the start are followed; without any, each window of "
+            "messages waits for the middleware's acknowledgement, which is slow."
+        ),
+    ] = ("evaluator_node/progress", "imu/data", "imu/data_corrected")
     window: Annotated[
         int,
         Bounds(1, 10000, "", "At rate 0: messages of a topic under way; below the queues' depth"),

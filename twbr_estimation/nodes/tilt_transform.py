@@ -6,7 +6,15 @@ import math
 
 from rclpy.node import Node
 
+from .declarations import Declaration
+from .parameters import declare
 from .qos import DEPTH
+
+DECLARATIONS = (
+    Declaration("publish_tf", False, "Whether the tilt goes out on /tf.", read_only=True),
+    Declaration("tf_parent", "base_footprint", "Frame that stays level.", read_only=True),
+    Declaration("tf_child", "base_link", "Frame that tilts with the body.", read_only=True),
+)
 
 
 class TiltTransform:
@@ -14,9 +22,7 @@ class TiltTransform:
 
     def __init__(self, node: Node) -> None:
         """Declare `publish_tf`, `tf_parent` and `tf_child`; publish where asked and possible."""
-        wanted = node.declare_parameter("publish_tf", False).value
-        parent = node.declare_parameter("tf_parent", "base_footprint").value
-        child = node.declare_parameter("tf_child", "base_link").value
+        wanted, parent, child = (declare(node, each) for each in DECLARATIONS)
         self.problem = ""
         """Why there is no transform although it was asked for; empty where all is well."""
         self._publisher = None

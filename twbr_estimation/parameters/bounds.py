@@ -25,6 +25,13 @@ class Bounds:
     """False where a tuner leaves the value alone: switches, initial values, common scales."""
 
 
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """Meaning of a switch, a name or a choice; the metadata of an `Annotated` field."""
+
+    description: str
+
+
 def within(name: str, value: object, bounds: Bounds) -> float:
     """Return `value` as a float, checked against `bounds`.
 
@@ -43,24 +50,30 @@ def within(name: str, value: object, bounds: Bounds) -> float:
 
 
 @cache
-def bounds_of(kind: type[Any]) -> Mapping[str, Bounds]:
-    """Return the bounds of the `Annotated` fields of a dataclass or named tuple, by name."""
-    found = {}
+def annotations_of(kind: type[Any]) -> Mapping[str, Bounds | Meaning]:
+    """Return what the `Annotated` fields of a dataclass or named tuple say of them, by name."""
+    found: dict[str, Bounds | Meaning] = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         for extra in getattr(hint, "__metadata__", ()):
-            if isinstance(extra, Bounds):
+            if isinstance(extra, (Bounds, Meaning)):
                 found[name] = extra
     return found
 
 
-def require_bounds(settings: object) -> None:
+def require_bounds(settings: object, prefix: str = "") -> None:
     """Check every bounded field of a dataclass; arrays element by element.
+
+    Args:
+        settings: the instance.
+        prefix: put before the names in messages, such as `"robot."`.
 
     Raises:
         ConfigurationError: not a finite number, or outside the bounds.
     """
     kind: Any = type(settings)
-    for name, bounds in bounds_of(kind).items():
+    for name, bounds in annotations_of(kind).items():
+        if not isinstance(bounds, Bounds):
+            continue
         value = getattr(settings, name)
         for element in value if isinstance(value, (tuple, list)) else (value,):
-            within(name, element, bounds)
+            within(prefix + name, element, bounds)

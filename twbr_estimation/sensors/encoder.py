@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple, Protocol
 
 from ..errors import ConfigurationError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 
 INDEX_WIDTH = 4
 """Width of an index pulse [counts]: its edges differ by that between the two directions."""
@@ -58,8 +58,10 @@ class EncoderSettings:
     gear_ratio: Annotated[
         float, Bounds(1e-3, 1e4, "", "Turns of the encoder for one turn of the joint.")
     ] = 1.0
-    use_index: bool = False
-    """The index pulse sets the zero, and tells how many counts went missing in a turn."""
+    use_index: Annotated[
+        bool,
+        Meaning("The index pulse sets the zero, and tells how many counts went missing in a turn."),
+    ] = False
     velocity_window: Annotated[
         float,
         Bounds(0.0, 1.0, "s", "Time over which counts are averaged for the velocity. Larger is "

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Annotated
 
 from ..errors import ConfigurationError, SensorError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from .encoder import Counter, Encoder, EncoderSettings
 from .gpio_counter import Bias, open_gpio_counter
 from .motion import swing_tilt, swing_wheel
@@ -36,38 +36,64 @@ class Source(str, Enum):
 class JointEncoderSettings:
     """Encoders of a robot; lists have one entry an encoder, `gpio_lines` two."""
 
-    role: Role = Role.WHEELS
-    """What is measured: `wheels`, or `reference` for the joint `tilt` (one encoder)."""
-    source: Source = Source.SYSFS
-    """What counts: `sysfs` (the kernel's counters) or `gpio` lines."""
-    simulated: bool = False
-    """Read simulated counters of a robot that swings gently, instead of a device."""
-    joint_names: tuple[str, ...] = ("left_wheel_joint", "right_wheel_joint")
-    """Joints of the wheels, one or two; the reference is always `tilt`."""
-    signs: tuple[int, ...] = (1, 1)
-    """1, or -1 where counts fall when the wheel rolls forward or the robot leans forward."""
-    counters: tuple[str, ...] = (
+    role: Annotated[
+        Role,
+        Meaning("What is measured: `wheels`, or `reference` for the joint `tilt` (one encoder)."),
+    ] = Role.WHEELS
+    source: Annotated[
+        Source, Meaning("What counts: `sysfs` (the kernel's counters) or `gpio` lines.")
+    ] = Source.SYSFS
+    simulated: Annotated[
+        bool, Meaning("Read simulated counters of a robot that swings gently, instead of a device.")
+    ] = False
+    joint_names: Annotated[
+        tuple[str, ...],
+        Meaning("Joints of the wheels, one or two; the reference is always `tilt`."),
+    ] = ("left_wheel_joint", "right_wheel_joint")
+    signs: Annotated[
+        tuple[int, ...],
+        Bounds(
+            -1,
+            1,
+            "",
+            "1, or -1 where counts fall when the wheel rolls forward or the robot leans forward.",
+        ),
+    ] = (1, 1)
+    counters: Annotated[tuple[str, ...], Meaning("With `sysfs`: folders of the counts.")] = (
         "/sys/bus/counter/devices/counter0/count0",
         "/sys/bus/counter/devices/counter1/count0",
     )
-    """With `sysfs`: folders of the counts."""
     modulus: Annotated[
         int, Bounds(0, 2**62, "", "With sysfs: the count wraps here; 0 asks the device.")
     ] = 0
-    gpio_chip: str = "/dev/gpiochip0"
-    """With `gpio`: the chip's path, or its label as `gpiodetect` shows it."""
-    gpio_bias: Bias = Bias.AS_IS
-    """With `gpio`: the chip's own resistors: `as_is`, `pull_up`, `pull_down`, `disabled`."""
-    gpio_lines: tuple[int, ...] = (5, 6, 20, 21)
-    """With `gpio`: lines A and B of each encoder."""
-    gpio_index_lines: tuple[int, ...] = (-1, -1)
-    """With `gpio` and `use_index`: the index line of each encoder; -1 for none."""
+    gpio_chip: Annotated[
+        str, Meaning("With `gpio`: the chip's path, or its label as `gpiodetect` shows it.")
+    ] = "/dev/gpiochip0"
+    gpio_bias: Annotated[
+        Bias,
+        Meaning(
+            "With `gpio`: the chip's own resistors: `as_is`, `pull_up`, `pull_down`, `disabled`."
+        ),
+    ] = Bias.AS_IS
+    gpio_lines: Annotated[
+        tuple[int, ...], Bounds(0, 1023, "", "With `gpio`: lines A and B of each encoder.")
+    ] = (5, 6, 20, 21)
+    gpio_index_lines: Annotated[
+        tuple[int, ...],
+        Bounds(
+            -1,
+            1023,
+            "",
+            "With `gpio` and `use_index`: the index line of each encoder; -1 for none.",
+        ),
+    ] = (-1, -1)
     start_angle: Annotated[
         float, Bounds(-100.0, 100.0, "rad", "Angle at the start and at each ~/set_zero.")
     ] = 0.0
     poll_rate: Annotated[float, Bounds(1.0, 2000.0, "Hz", "Rate of the messages.")] = 500.0
-    encoder: EncoderSettings = field(default_factory=EncoderSettings)
-    """What one count means."""
+    encoder: Annotated[EncoderSettings, Meaning("What one count means.")] = field(
+        default_factory=EncoderSettings
+    )
 
     def __post_init__(self) -> None:
         require_bounds(self)

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Annotated
 
 from ..errors import ConfigurationError
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Calibration
 from ..samples import STANDARD_GRAVITY
 from .chip_models import MPU6050, ChipModel
@@ -56,8 +56,12 @@ class Mpu6050Settings:
         Bounds(0, 255, "", "SMPLRT_DIV: the chip samples at 8 kHz (dlpf_config 0) or 1 kHz "
                "divided by 1 + this."),
     ] = 7  # fmt: skip
-    reading: Reading = Reading.BURST
-    """How samples are fetched: `burst` reads the newest at each tick, `fifo` reads all."""
+    reading: Annotated[
+        Reading,
+        Meaning(
+            "How samples are fetched: `burst` reads the newest at each tick, `fifo` reads all."
+        ),
+    ] = Reading.BURST
     poll_rate: Annotated[
         float, Bounds(1.0, 2000.0, "Hz", "Ticks; with `burst` this is the rate of the samples.")
     ] = 500.0

@@ -10,7 +10,7 @@ from typing import Annotated
 from ..configuration.filter_settings import DEFAULT_FILTER
 from ..errors import ConfigurationError
 from ..filters.base import filter_named, filters
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Robot
 
 ALL = "all"
@@ -25,10 +25,14 @@ class FilterSettings:
         ConfigurationError: an unknown filter, or a number out of bounds.
     """
 
-    filter: str = DEFAULT_FILTER
-    """Name of the filter whose estimate is published; can change between two samples."""
-    compare: tuple[str, ...] = ()
-    """Names of filters to run beside it on `tilt/compare`; `all` for every one."""
+    filter: Annotated[
+        str,
+        Meaning("Name of the filter whose estimate is published; can change between two samples."),
+    ] = DEFAULT_FILTER
+    compare: Annotated[
+        tuple[str, ...],
+        Meaning("Names of filters to run beside it on `tilt/compare`; `all` for every one."),
+    ] = ()
     tilt_sign: Annotated[
         float, Bounds(-1.0, 1.0, "", "1, or -1 for a controller that leans backward at plus")
     ] = 1.0
@@ -36,8 +40,10 @@ class FilterSettings:
         float,
         Bounds(-math.pi, math.pi, "rad", "Tilt at the balance point, subtracted before the sign"),
     ] = 0.0
-    predict: bool = False
-    """Whether `tilt` is carried forward by the rate to the instant of publication."""
+    predict: Annotated[
+        bool,
+        Meaning("Whether `tilt` is carried forward by the rate to the instant of publication."),
+    ] = False
     prediction_limit: Annotated[
         float, Bounds(0.0, 1.0, "s", "Longest time `tilt` is carried forward")
     ] = 0.05

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from ..parameters.bounds import Bounds, require_bounds
+from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import DEFAULT_WAIT
 
 
@@ -40,11 +40,16 @@ class InputSettings:
             "where a loop is slower than the sensor; 0 passes each on. Raw input only",
         ),
     ] = 0.0
-    left_wheel_joint: str = "left_wheel_joint"
-    """Name of the left wheel in `joint_states`; one of the two wheels is enough. Where a robot
-    has neither joint, `wheel_joint` counts."""
-    right_wheel_joint: str = "right_wheel_joint"
-    """Name of the right wheel in `joint_states`."""
+    left_wheel_joint: Annotated[
+        str,
+        Meaning(
+            "Name of the left wheel in `joint_states`; one of the two wheels is enough. "
+            "Where a robot has neither joint, `wheel_joint` counts."
+        ),
+    ] = "left_wheel_joint"
+    right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
+        "right_wheel_joint"
+    )
 
     def __post_init__(self) -> None:
         require_bounds(self)

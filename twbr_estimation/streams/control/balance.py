@@ -15,7 +15,7 @@ from ...controllers.base import ControlInput, MotorVoltages, controller_named
 from ...controllers.odometry import Odometry, begin, follow, geometry_of
 from ...controllers.steering import clamped
 from ...errors import ConfigurationError
-from ...parameters.bounds import Bounds, require_bounds
+from ...parameters.bounds import Bounds, Meaning, require_bounds
 from ...pipeline.pairing import WheelReading
 from ...robot import Robot
 
@@ -49,8 +49,9 @@ class BalanceSettings:
         ConfigurationError: an unknown controller, or a number out of bounds.
     """
 
-    controller: str = DEFAULT_CONTROLLER
-    """Name of the controller; can change while the robot balances."""
+    controller: Annotated[
+        str, Meaning("Name of the controller; can change while the robot balances.")
+    ] = DEFAULT_CONTROLLER
     period: Annotated[float, Bounds(0.0005, 0.1, "s", "Period of the controller")] = 0.005
     fall_tilt: Annotated[
         float, Bounds(0.05, 1.5, "rad", "Beyond this tilt the robot has fallen: motors off")

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from ...controllers.base import MotorVoltages
-from ...parameters.bounds import Bounds, require_bounds
+from ...parameters.bounds import Bounds, Meaning, require_bounds
 from ...pipeline.pairing import WheelReading
 from ...plants.laddach2022 import PlantState, motor_torque
 from ...samples import RESTART_GAP
@@ -42,18 +42,27 @@ class ControlSettings:
         ConfigurationError: a number out of bounds.
     """
 
-    start_when_upright: bool = True
-    """Balance as soon as the robot is stood up; otherwise only after `~/enable`, also after
-    each fall."""
+    start_when_upright: Annotated[
+        bool,
+        Meaning(
+            "Balance as soon as the robot is stood up; otherwise only after `~/enable`, "
+            "also after each fall."
+        ),
+    ] = True
     blend_time: Annotated[
         float, Bounds(0.0, 10.0, "s", "Over which a change of controller or parameters acts")
     ] = 0.2
     rate_time_constant: Annotated[
         float, Bounds(0.0, 1.0, "s", "Low-pass of the rate where it is derived from the tilt")
     ] = 0.01
-    expect_change: bool = True
-    """Whether a tilt and rate that stay the same to the last digit for `tilt_timeout`, while the
-    motors run, count as frozen and cut them. False for an estimator that rounds."""
+    expect_change: Annotated[
+        bool,
+        Meaning(
+            "Whether a tilt and rate that stay the same to the last digit for "
+            "`tilt_timeout`, while the motors run, count as frozen and cut them. False for "
+            "an estimator that rounds."
+        ),
+    ] = True
     clock_timeout: Annotated[
         float,
         Bounds(0.05, 3600.0, "s", "Under use_sim_time: real time without a tilt after which the "

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Annotated
 
 from ...errors import ConfigurationError
-from ...parameters.bounds import Bounds, require_bounds
+from ...parameters.bounds import Bounds, Meaning, require_bounds
 
 
 class CommandUnit(str, Enum):
@@ -36,11 +36,16 @@ class SimulatorSettings:
         ConfigurationError: a number out of bounds, or choices that exclude each other.
     """
 
-    world: str = "paper"
-    """What is wrong with robot, sensors and ground: a world of `twbr simulate`."""
+    world: Annotated[
+        str, Meaning("What is wrong with robot, sensors and ground: a world of `twbr simulate`.")
+    ] = "paper"
     seed: Annotated[int, Bounds(0, 2**31 - 1, "", "Number of the random draw")] = 1
-    disturbed: bool = False
-    """Whether the world's pushes, obstacles, slips, slopes and turns come by themselves."""
+    disturbed: Annotated[
+        bool,
+        Meaning(
+            "Whether the world's pushes, obstacles, slips, slopes and turns come by themselves."
+        ),
+    ] = False
     duration: Annotated[
         float, Bounds(1.0, 3600.0, "s", "Disturbances and noise are drawn for; then they repeat")
     ] = 60.0
@@ -52,40 +57,63 @@ class SimulatorSettings:
         Bounds(0.0005, 0.1, "s", "In lockstep: a command is waited for after each, a multiple of "
                "imu_period and the `period` of the controller"),
     ] = 0.005  # fmt: skip
-    lockstep: bool = False
-    """Whether simulated time, on `/clock`, waits for the commands; otherwise it is the clock's."""
+    lockstep: Annotated[
+        bool,
+        Meaning(
+            "Whether simulated time, on `/clock`, waits for the commands; otherwise it is "
+            "the clock's."
+        ),
+    ] = False
     lockstep_timeout: Annotated[
         float,
         Bounds(0.1, 3600.0, "s", "In lockstep: wall time after which a step is taken without its "
                "command, motors cut"),
     ] = 5.0  # fmt: skip
-    paused: bool = False
-    """Whether time stands still until `~/resume`."""
-    sensors: SensorPath = SensorPath.TOPICS
-    """`topics` publishes the sensors' messages; `registers` lets mpu6050_node and encoder_node, in
-    this process, read simulated chips. Not in lockstep: a chip has a clock of its own."""
-    command_unit: CommandUnit = CommandUnit.VOLTAGE
-    """Unit of `motor/command`: `voltage` of a motor [V], or `torque` of a wheel [N m]."""
+    paused: Annotated[bool, Meaning("Whether time stands still until `~/resume`.")] = False
+    sensors: Annotated[
+        SensorPath,
+        Meaning(
+            "`topics` publishes the sensors' messages; `registers` lets mpu6050_node and "
+            "encoder_node, in this process, read simulated chips. Not in lockstep: a chip "
+            "has a clock of its own."
+        ),
+    ] = SensorPath.TOPICS
+    command_unit: Annotated[
+        CommandUnit,
+        Meaning("Unit of `motor/command`: `voltage` of a motor [V], or `torque` of a wheel [N m]."),
+    ] = CommandUnit.VOLTAGE
     command_timeout: Annotated[
         float, Bounds(0.01, 10.0, "s", "Without a command for this long the motors are cut")
     ] = 0.1
-    wheel_joints: tuple[str, ...] = ()
-    """Names of one or two wheel joints; two share the encoder of a world that has one. Empty for
-    `wheel_joint`, or left_wheel_joint and right_wheel_joint in a world with two encoders."""
-    reference_joint: str = "tilt"
-    """Name of the joint in `reference/joint_states`."""
-    frame_id: str = "imu_link"
-    """Frame of `imu/data_raw`."""
+    wheel_joints: Annotated[
+        tuple[str, ...],
+        Meaning(
+            "Names of one or two wheel joints; two share the encoder of a world that has "
+            "one. Empty for `wheel_joint`, or left_wheel_joint and right_wheel_joint in a "
+            "world with two encoders."
+        ),
+    ] = ()
+    reference_joint: Annotated[str, Meaning("Name of the joint in `reference/joint_states`.")] = (
+        "tilt"
+    )
+    frame_id: Annotated[str, Meaning("Frame of `imu/data_raw`.")] = "imu_link"
     start_tilt: Annotated[
         float, Bounds(-0.6, 0.6, "rad", "Tilt at the start and after ~/stand_up and ~/reset")
     ] = 0.0
-    held: bool = True
-    """Whether a hand holds the robot, at the start and after ~/stand_up and ~/reset, until the
-    first motor command that is not zero."""
-    stay_down: bool = True
-    """Whether a fallen robot lies until `~/stand_up`; otherwise it is lifted at once."""
-    compiled: bool = False
-    """Whether the plant is compiled: cheaper, after some seconds at the start."""
+    held: Annotated[
+        bool,
+        Meaning(
+            "Whether a hand holds the robot, at the start and after ~/stand_up and ~/reset, "
+            "until the first motor command that is not zero."
+        ),
+    ] = True
+    stay_down: Annotated[
+        bool,
+        Meaning("Whether a fallen robot lies until `~/stand_up`; otherwise it is lifted at once."),
+    ] = True
+    compiled: Annotated[
+        bool, Meaning("Whether the plant is compiled: cheaper, after some seconds at the start.")
+    ] = False
 
     def __post_init__(self) -> None:
         require_bounds(self)
