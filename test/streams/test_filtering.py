@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbr_estimation.configuration.filter_settings import Settings
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters.base import filter_named, filters
 from twbr_estimation.pipeline.tilt_filter import TiltFilter
@@ -79,10 +80,25 @@ def test_a_new_configuration_acts_from_the_next_sample_without_a_jump() -> None:
     assert set(live.compare(sample(0.2))) == {"gyro", "accelerometer"}
 
 
-def test_settings_tuned_at_another_period_warn() -> None:
-    live = stream(settings_dt=0.002)
-    assert live.warnings(0.002) == live.warnings(0.0) == ()
-    assert "tuned at dt 0.002 s, the samples come at 0.01 s" in live.warnings(0.01)[-1]
+@pytest.mark.parametrize("dt", [0.002, 0.005, 0.01])
+@pytest.mark.parametrize(
+    ("values", "settings_dt"),
+    [({}, 0.0), ({"kalman": {"q1": 1e-4}}, 0.002), ({"alpha_beta_wb": {"alpha": 1e-3}}, 0.005)],
+)
+def test_live_warnings_are_those_of_offline_runs(
+    dt: float, values: dict[str, dict[str, float]], settings_dt: float
+) -> None:
+    chosen = FilterSettings("alpha_beta_wb", ("kalman", "kalman_tuned"), settings_dt=settings_dt)
+    every = {name: entry.configure(values.get(name))._asdict() for name, entry in filters().items()}
+    live = FilterStream(FilterConfiguration(chosen, every))
+    entries = [filter_named(name) for name in ("alpha_beta_wb", "kalman", "kalman_tuned")]
+    offline = Settings(values, dt=settings_dt, source="the parameters")
+    expected = list(offline.warnings(dt, entries))
+    for entry in entries:
+        expected += entry.warnings(entry.configure(values.get(entry.name)), dt)
+    assert live.warnings(dt) == tuple(expected)
+    assert bool(expected) == (dt != 0.002 or settings_dt == 0.005)
+    assert live.warnings(0.0) == ()
 
 
 def test_reset_starts_from_the_next_sample() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from ..configuration.filter_settings import DEFAULT_FILTER
+from ..configuration.filter_settings import DEFAULT_FILTER, Settings
 from ..errors import ConfigurationError
 from ..filters.base import filter_named, filters
 from ..parameters.bounds import Bounds, Meaning, require_bounds
@@ -82,3 +82,12 @@ class FilterConfiguration:
     parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Parameter values by filter name; defaults for the others."""
     robot: Robot = field(default_factory=Robot)
+
+    def tuned(self) -> Settings:
+        """Return the values that are not the filters' defaults, as a settings file has them."""
+        values = {
+            name: given
+            for name, given in self.parameters.items()
+            if filter_named(name).configure(given) != filter_named(name).configure()
+        }
+        return Settings(values, dt=self.settings.settings_dt, source="the parameters")

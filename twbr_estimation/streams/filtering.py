@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..configuration.filter_settings import DT_TOLERANCE
 from ..filters.base import filter_named
 from ..pipeline.tilt_filter import TiltFilter
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
@@ -126,8 +125,9 @@ class FilterStream:
         """Return what a user should know about the settings at this sampling period [s]."""
         if dt <= 0.0:
             return ()
-        found = self._active.entry.warnings(self._active.parameters, dt)
-        tuned = self._configuration.settings.settings_dt
-        if tuned > 0.0 and abs(dt - tuned) > DT_TOLERANCE * tuned:
-            found += (f"the settings were tuned at dt {tuned:g} s, the samples come at {dt:.4g} s",)
-        return found
+        running = {each.name: each for each in self._running()}
+        settings = self._configuration.tuned()
+        found = list(settings.warnings(dt, [each.entry for each in running.values()]))
+        for each in running.values():
+            found += each.entry.warnings(each.parameters, dt)
+        return tuple(found)
