@@ -27,7 +27,7 @@ from ..messages import tilt_of_quaternion
 from ..streams.control.balance import NO_VOLTAGE, Standing
 from ..streams.control.deadline import Deadline
 from ..streams.control.motors import UNINTERRUPTED, ControlConfiguration, ControlStream
-from ..streams.corrected import has_angle
+from ..streams.corrected import has_angle, is_default
 from ..streams.messages import GYRO, WheelDecoder, decode_float64, decode_imu, encode_float64s
 from .controller_parameters import (
     TiltSource,
@@ -65,6 +65,7 @@ class ControllerNode(DeviceNode):
         self._arrived = time.monotonic()
         self._deadline = Deadline(self._longest_silence)
         self._unreadable = self._without_angle = 0
+        self._oriented = False
         self._subscribe()
         options = {"qos_overriding_options": overridable()}
         self._command = self.create_publisher(
@@ -139,7 +140,8 @@ class ControllerNode(DeviceNode):
         except MessageError:
             self._unreadable += 1
             return
-        if not has_angle(values):
+        self._oriented = self._oriented or (has_angle(values) and not is_default(values))
+        if not (self._oriented and has_angle(values)):
             self._without_angle += 1
             return
         self._take(stamp, float(tilt_of_quaternion(*values[:4])), values[GYRO + 1])

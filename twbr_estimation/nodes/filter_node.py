@@ -15,7 +15,9 @@ from std_srvs.srv import Trigger
 from ..errors import MessageError
 from ..samples import CorrectedSample
 from ..streams.filtering import FilterStream
+from ..streams.live_checks import LiveChecks
 from ..streams.messages import decode_motor_command
+from ..streams.stamps import StampAge
 from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
@@ -26,6 +28,9 @@ from .spin import run
 from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
 from .watchdog import Watchdog
+
+ARITHMETIC = (ArithmeticError, ValueError)
+"""What a filter's step raises where its numbers fit no equation."""
 
 
 class FilterNode(GuardedNode):
@@ -46,7 +51,13 @@ class FilterNode(GuardedNode):
         self._input = TiltInput(inputs, configuration.setup)
         self._outputs = TiltOutputs(self, declare(self, IMU_FRAME))
         self._transform = TiltTransform(self)
-        self._counts = {"samples": 0, "not_finite_estimates": 0, "unreadable_messages": 0}
+        self._checks, self._age = LiveChecks(), StampAge()
+        self._counts = {
+            "samples": 0,
+            "not_finite_estimates": 0,
+            "failed_steps": 0,
+            "unreadable_messages": 0,
+        }
         self._trusted = True
         self._subscribes, self._joints, self._motors = subscribe, None, None
         self.pass_motors = self._input.add_motors
@@ -79,7 +90,8 @@ class FilterNode(GuardedNode):
             self._counts["unreadable_messages"] += 1
             return
         if self._input.raw and not was_raw:
-            self.get_logger().info("the Imu messages report no orientation: correcting them here")
+            why = "have a default" if self._input.default_orientation else "report no"
+            self.get_logger().info(f"the Imu messages {why} orientation: correcting them here")
             self._find_inputs()
         for stamp, sample in ready:
             self.take(stamp, sample)
@@ -107,22 +119,35 @@ class FilterNode(GuardedNode):
 
     def _filter(self, stamp: int, sample: CorrectedSample) -> None:
         stream, outputs = self._stream, self._outputs
-        estimate = stream.step(sample)
         self._counts["samples"] += 1
-        if not math.isfinite(estimate.tilt + estimate.rate + estimate.tilt_variance):
-            self._counts["not_finite_estimates"] += 1
-            self._trusted = False
-            stream.reset()
+        self._checks.add(sample)
+        try:
+            estimate = stream.step(sample)
+        except ARITHMETIC as error:
+            self._lose("failed_steps", error)
             return
-        age = self._age(stamp) if stream.settings.predict else 0.0
-        tilt = stream.published_tilt(estimate, age)
+        if not math.isfinite(estimate.tilt + estimate.rate + estimate.tilt_variance):
+            self._lose("not_finite_estimates")
+            return
+        tilt = stream.published_tilt(estimate, self._age_of(stamp))
         outputs.publish(stamp, sample, estimate, tilt, stream.variance(estimate))
         outputs.publish_comparison(stamp, stream.compare(sample))
         self._transform.publish(stamp, estimate.tilt)
-        self._trusted = stream.trusted(estimate)
+        self._trusted = stream.trusted(estimate) and not self._checks.untrusted
 
-    def _age(self, stamp: int) -> float:
-        return (self.get_clock().now().nanoseconds - stamp) * 1e-9
+    def _lose(self, count: str, error: Exception | None = None) -> None:
+        """Start the filters afresh, because the active one has no estimate."""
+        self._counts[count] += 1
+        self._trusted = False
+        self._stream.reset()
+        if error is not None:
+            self.mishap("filter", error)
+
+    def _age_of(self, stamp: int) -> float:
+        """Return the age of a sample [s] where the tilt is predicted."""
+        if not self._stream.settings.predict:
+            return 0.0
+        return self._age.note(stamp, self.get_clock().now().nanoseconds)
 
     def _on_reset(self, request: Any, response: Any) -> Any:
         del request
@@ -143,16 +168,39 @@ class FilterNode(GuardedNode):
         period = self._stream.period()
         values = {**chosen, "period_s": period, **self._counts, **self._input.counts()}
         if not self._watchdog.started:
-            return Report(Level.WARN, "waiting for imu/data_corrected", values)
+            return Report(Level.WARN, self._waiting(), values)
         if not self._watchdog.fresh:
             age = self._watchdog.age
             return Report(Level.ERROR, f"stale: no usable sample for {age:.1f} s", values)
+        if self._checks.untrusted:
+            return Report(Level.ERROR, "; ".join(self._checks.untrusted), values)
         if not self._trusted:
             return Report(Level.WARN, "the filter does not trust its own estimate", values)
-        warnings = [*self._stream.warnings(period), self._transform.problem]
+        warnings = [
+            *self._stream.warnings(period),
+            *self._checks.doubts,
+            self._transform.problem,
+            self._other_clock(),
+        ]
         if any(warnings):
             return Report(Level.WARN, "; ".join(each for each in warnings if each), values)
         return Report(Level.OK, "estimating", values)
+
+    def _waiting(self) -> str:
+        """Return what is waited for, and what came instead."""
+        skipped = {**self._input.counts(), "unreadable": self._counts["unreadable_messages"]}
+        came = ", ".join(f"{count} {name}" for name, count in skipped.items() if count)
+        text = "waiting for imu/data_corrected"
+        return f"{text}; not usable: {came}" if came else text
+
+    def _other_clock(self) -> str:
+        """Return that nothing is predicted because stamps and clock do not belong together."""
+        if not self._stream.settings.predict or self._age.known:
+            return ""
+        return (
+            f"the stamps are {self._age.age:.6g} s behind this node's clock, that of another one: "
+            "nothing is predicted"
+        )
 
 
 def main(arguments: list[str] | None = None) -> int:

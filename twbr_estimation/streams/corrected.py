@@ -12,15 +12,25 @@ from collections import deque
 from ..messages import tilt_of_quaternion
 from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
-from ..samples import CorrectedSample, Sample
+from ..robot import Calibration
+from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample
 from .correction import UNKNOWN_TIME, Stamped
 from .messages import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
+from .physical import LARGEST_VARIANCE, imu_fault, known_variance, wheel_fault
 from .stamps import StampGuard, Verdict
 
 ROLL_YAW_VARIANCE = math.pi**2
 """Variance [rad^2] of angles about which nothing is known."""
 UNREPORTED = -1.0
 """First covariance of a field that a message does not report (REP-145)."""
+SHORTEST, LONGEST = 1e-6, 1e6
+"""Limits of a quaternion's squared length, which is 1 or should be."""
+_IDENTITY = (0.0, 0.0, 0.0, 1.0)
+_NOISE = Calibration()
+_GYRO_VARIANCE = _NOISE.gyro_noise**2
+_ACCEL_VARIANCE = _NOISE.accel_noise**2
+_ANGLE_VARIANCE = _ACCEL_VARIANCE / STANDARD_GRAVITY**2
+"""Variances where a message says that they are unknown."""
 _PITCH_VARIANCE = ORIENTATION_COVARIANCE + 4
 
 
@@ -48,8 +58,22 @@ def imu_values(sample: CorrectedSample, tilt: float, variance: float, rate: floa
 
 
 def has_angle(values: tuple[float, ...]) -> bool:
-    """Return whether an Imu message reports an orientation."""
-    return values[ORIENTATION_COVARIANCE] != UNREPORTED
+    """Return whether an Imu message reports an orientation: finite, of some length, not unknown."""
+    x, y, z, w = values[:4]
+    length = x * x + y * y + z * z + w * w
+    return (
+        SHORTEST <= length <= LONGEST
+        and values[ORIENTATION_COVARIANCE] != UNREPORTED
+        and not values[_PITCH_VARIANCE] > LARGEST_VARIANCE
+    )
+
+
+def is_default(values: tuple[float, ...]) -> bool:
+    """Return whether the orientation is that of a message in which nobody has set it.
+
+    In ROS 2 it is the identity, with a covariance of zeros, which means unknown (REP-145).
+    """
+    return values[:4] == _IDENTITY and not any(values[ORIENTATION_COVARIANCE:GYRO])
 
 
 class CorrectedStream:
@@ -64,11 +88,12 @@ class CorrectedStream:
         self._pairer = Pairer(wait)
         self._waiting: deque[tuple[int, CorrectedSample]] = deque()
         self._last_stamp: int | None = None
+        self._restarted = False
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> Stamped:
         """Take the 37 doubles of a message; return the samples that are ready."""
-        if not math.isfinite(sum(values)):
-            self.imu_guard.skip("not_finite")
+        if fault := imu_fault(readings_of(values)):
+            self.imu_guard.skip(fault)
             return []
         verdict = self.imu_guard.check(stamp)
         if verdict is Verdict.SKIP:
@@ -85,8 +110,8 @@ class CorrectedStream:
 
     def add_wheels(self, reading: WheelReading) -> Stamped:
         """Take a wheel reading; return the samples it completes."""
-        if not math.isfinite(reading.angle + reading.difference):
-            self.wheel_guard.skip("not_finite")
+        if fault := wheel_fault(reading.angle, reading.difference):
+            self.wheel_guard.skip(fault)
             return []
         verdict = self.wheel_guard.check(reading.stamp)
         if verdict is Verdict.SKIP:
@@ -105,9 +130,16 @@ class CorrectedStream:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return self._completed(self._pairer.flush()) if self._waiting else []
 
+    def begin_afresh(self) -> None:
+        """Forget everything but the counts; whoever takes the samples starts afresh, too."""
+        self._pairer.reset()
+        self._waiting.clear()
+        self._last_stamp, self._restarted = None, True
+
     def _dt(self, stamp: int, verdict: Verdict) -> float:
         last, self._last_stamp = self._last_stamp, stamp
-        if verdict is Verdict.RESTART:
+        if verdict is Verdict.RESTART or self._restarted:
+            self._restarted = False
             return UNKNOWN_TIME
         return 0.0 if last is None else (stamp - last) * 1e-9
 
@@ -134,29 +166,31 @@ def readings_of(values: tuple[float, ...]) -> tuple[float, ...]:
 def _sample(values: tuple[float, ...], dt: float) -> CorrectedSample:
     """Return the sample of an Imu's doubles; its covariances mark what is saturated."""
     rate, force = GYRO_COVARIANCE, ACCEL_COVARIANCE
+    gyro = [known_variance(each, _GYRO_VARIANCE) for each in values[rate : rate + 9 : 4]]
+    accel = [known_variance(each, _ACCEL_VARIANCE) for each in values[force : force + 9 : 4]]
     return CorrectedSample(
         dt=dt,
         angle=float(tilt_of_quaternion(*values[:4])),
-        angle_variance=values[_PITCH_VARIANCE],
+        angle_variance=known_variance(values[_PITCH_VARIANCE], _ANGLE_VARIANCE),
         gyro_x=values[GYRO],
         gyro_y=values[GYRO + 1],
         gyro_z=values[GYRO + 2],
         accel_x=values[ACCEL],
         accel_y=values[ACCEL + 1],
         accel_z=values[ACCEL + 2],
-        gyro_variance_x=values[rate],
-        gyro_variance_y=values[rate + 4],
-        gyro_variance_z=values[rate + 8],
-        accel_variance_x=values[force],
-        accel_variance_y=values[force + 4],
-        accel_variance_z=values[force + 8],
+        gyro_variance_x=gyro[0],
+        gyro_variance_y=gyro[1],
+        gyro_variance_z=gyro[2],
+        accel_variance_x=accel[0],
+        accel_variance_y=accel[1],
+        accel_variance_z=accel[2],
         wheel_angle=0.0,
         wheel_difference=0.0,
         wheel_count=0.0,
-        gyro_saturated_x=1.0 if values[rate] > GYRO_MARK else 0.0,
-        gyro_saturated_y=1.0 if values[rate + 4] > GYRO_MARK else 0.0,
-        gyro_saturated_z=1.0 if values[rate + 8] > GYRO_MARK else 0.0,
-        accel_saturated_x=1.0 if values[force] > ACCEL_MARK else 0.0,
-        accel_saturated_y=1.0 if values[force + 4] > ACCEL_MARK else 0.0,
-        accel_saturated_z=1.0 if values[force + 8] > ACCEL_MARK else 0.0,
+        gyro_saturated_x=1.0 if gyro[0] > GYRO_MARK else 0.0,
+        gyro_saturated_y=1.0 if gyro[1] > GYRO_MARK else 0.0,
+        gyro_saturated_z=1.0 if gyro[2] > GYRO_MARK else 0.0,
+        accel_saturated_x=1.0 if accel[0] > ACCEL_MARK else 0.0,
+        accel_saturated_y=1.0 if accel[1] > ACCEL_MARK else 0.0,
+        accel_saturated_z=1.0 if accel[2] > ACCEL_MARK else 0.0,
     )

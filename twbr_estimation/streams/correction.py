@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter, deque
 
 from ..pipeline.correction import Corrector
@@ -10,6 +9,7 @@ from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample, is_saturated
+from .physical import imu_fault, wheel_fault
 from .stamps import StampGuard, Verdict
 
 Stamped = list[tuple[int, CorrectedSample]]
@@ -60,8 +60,8 @@ class CorrectionStream:
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> Stamped:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
-        if not math.isfinite(sum(values)):
-            self.imu_guard.skip("not_finite")
+        if fault := imu_fault(values):
+            self.imu_guard.skip(fault)
             return []
         verdict = self.imu_guard.check(stamp)
         if verdict is Verdict.SKIP:
@@ -74,8 +74,8 @@ class CorrectionStream:
 
     def add_wheels(self, reading: WheelReading) -> Stamped:
         """Take a wheel reading; return the samples it completes."""
-        if not math.isfinite(reading.angle + reading.difference):
-            self.wheel_guard.skip("not_finite")
+        if fault := wheel_fault(reading.angle, reading.difference):
+            self.wheel_guard.skip(fault)
             return []
         verdict = self.wheel_guard.check(reading.stamp)
         if verdict is Verdict.SKIP:
@@ -101,6 +101,11 @@ class CorrectionStream:
         self._corrector.reset()
         self.recent.clear()
         self._restarted = self._started
+
+    def begin_afresh(self) -> None:
+        """Forget everything but the counts; whoever takes the samples starts afresh, too."""
+        self.reset()
+        self._restarted = True
 
     def _restart(self, stamp: int) -> None:
         self._pairer.restart(stamp)

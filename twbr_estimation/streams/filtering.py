@@ -85,8 +85,17 @@ class FilterStream:
         return self._active.step(sample)
 
     def compare(self, sample: CorrectedSample) -> dict[str, TiltEstimate]:
-        """Feed the filters that run beside and return their estimates by name."""
-        return {name: running.step(sample) for name, running in self._beside.items()}
+        """Feed the filters that run beside and return their estimates by name.
+
+        One whose equations fail is left out and starts afresh.
+        """
+        found = {}
+        for name, running in self._beside.items():
+            try:
+                found[name] = running.step(sample)
+            except (ArithmeticError, ValueError):
+                running.forget()
+        return found
 
     def reset(self) -> None:
         """Let every filter start afresh at the next sample, without its gyro bias."""

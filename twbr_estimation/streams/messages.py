@@ -7,13 +7,13 @@ counts from the byte after them. `bags` decodes whole batches of the same format
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
 from ..pipeline.pairing import MotorCommand, WheelReading, motor_command, wheel_reading
 from ..samples import SINGLE_WHEEL_JOINT
+from .physical import LARGEST_VOLTAGE
 
 _SECOND = 1_000_000_000
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id
@@ -49,6 +49,7 @@ def decode_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
     except struct.error as error:
         raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
     _require_encoding(data)
+    _require_time(nanoseconds)
     return seconds * _SECOND + nanoseconds, values
 
 
@@ -64,6 +65,7 @@ def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
     except struct.error as error:
         raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
     _require_encoding(data)
+    _require_time(nanoseconds)
     return seconds * _SECOND + nanoseconds, values
 
 
@@ -78,6 +80,11 @@ def _require_encoding(data: bytes) -> None:
         raise MessageError(
             f"encapsulation 0x{data[:2].hex()}; only 0x0001, little-endian XCDR version 1, is known"
         )
+
+
+def _require_time(nanoseconds: int) -> None:
+    if nanoseconds >= _SECOND:
+        raise MessageError(f"a stamp with {nanoseconds} ns; a second has {_SECOND}")
 
 
 class ImuEncoder:
@@ -158,6 +165,7 @@ class JointStateDecoder:
             positions = self._read.unpack_from(data)
         except (struct.error, UnicodeDecodeError) as error:
             raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
+        _require_time(nanoseconds)
         return seconds * _SECOND + nanoseconds, self._names, positions
 
     def _learn(self, data: bytes) -> None:
@@ -222,8 +230,11 @@ def decode_motor_command(arrival: int, data: bytes) -> MotorCommand:
             finite voltages in it.
     """
     voltages = decode_float64s(data)
-    if len(voltages) not in (1, 2) or not math.isfinite(sum(voltages)):
-        raise MessageError(f"motor command {list(voltages)}: one or two finite voltages are needed")
+    if len(voltages) not in (1, 2) or not all(abs(each) <= LARGEST_VOLTAGE for each in voltages):
+        raise MessageError(
+            f"motor command {list(voltages[:4])}: one or two finite voltages, at most "
+            f"{LARGEST_VOLTAGE:g} V, are needed"
+        )
     return motor_command(arrival, voltages)
 
 

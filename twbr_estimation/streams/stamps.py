@@ -71,3 +71,20 @@ class StampGuard:
             return Verdict.RESTART
         self._late = stamp
         return self.skip("late_stamp")
+
+
+class StampAge:
+    """How old samples are when they arrive, by the clock of this computer."""
+
+    def __init__(self) -> None:
+        """Start without a sample."""
+        self.age = 0.0
+        """Age of the latest sample [s]; negative for a stamp ahead."""
+        self.known = False
+        """Whether its stamp is of the same clock."""
+
+    def note(self, stamp: int, now: int) -> float:
+        """Take a stamp [ns] at the time `now` [ns]; return its age [s], 0 of another clock."""
+        self.age = (now - stamp) * 1e-9
+        self.known = now > 0 and abs(self.age) <= RESTART_GAP
+        return self.age if self.known else 0.0

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 from ..pipeline.pairing import MotorCommand
 from ..robot import Setup
-from .corrected import CorrectedStream, has_angle, readings_of
+from .corrected import CorrectedStream, has_angle, is_default, readings_of
 from .correction import CorrectionStream, Stamped
 from .inputs import InputSettings
 from .messages import WheelDecoder, decode_imu
+from .physical import NOT_FINITE
+
+SWITCH_AFTER = 10
+"""Messages of the other kind, corrected or raw, in a row before the input counts as that kind."""
 
 
 class TiltInput:
-    """Serialised messages in, corrected samples out; raw input is recognised by itself."""
+    """Serialised messages in, corrected samples out; raw input is recognised by itself.
+
+    Raw are messages that report no orientation (REP-145), whose orientation is no number, or
+    the identity of a driver that never sets one. Single messages of the other kind are left out.
+    """
 
     def __init__(self, settings: InputSettings, setup: Setup) -> None:
         """Start without a past; `setup` is for messages that report no orientation."""
         self.raw = False
-        """Whether the latest message reported no orientation and was corrected here."""
+        """Whether the messages report no orientation and are corrected here."""
+        self.default_orientation = False
+        """Whether that is because every orientation so far is one that nobody has set."""
+        self._decided, self._oriented = False, False
+        self._others, self._left_out = 0, 0
         self._corrected = CorrectedStream(settings.wheel_wait)
         self._correction = CorrectionStream(
             setup, settings.wheel_wait, loop_period=settings.loop_period
@@ -50,10 +63,38 @@ class TiltInput:
             MessageError: the message cannot be read.
         """
         stamp, values = decode_imu(data)
-        self.raw = not has_angle(values)
-        if not self.raw:
-            return self._corrected.add_imu(stamp, values)
-        return self._correction.add_imu(stamp, readings_of(values))
+        raw = not self._reports_angle(values)
+        if not self._decided:
+            self._decided, self.raw = True, raw
+        ready: Stamped = []
+        if raw is self.raw:
+            self._others = 0
+        else:
+            self._others += 1
+            if self._others < SWITCH_AFTER:
+                self._leave_out(values)
+                return []
+            ready = self.flush()
+            self._others, self.raw = 0, raw
+            (self._correction if raw else self._corrected).begin_afresh()
+        if raw:
+            return ready + self._correction.add_imu(stamp, readings_of(values))
+        return ready + self._corrected.add_imu(stamp, values)
+
+    def _leave_out(self, values: tuple[float, ...]) -> None:
+        if math.isfinite(sum(values[:4])):
+            self._left_out += 1
+        else:
+            self._corrected.imu_guard.skip(NOT_FINITE)
+
+    def _reports_angle(self, values: tuple[float, ...]) -> bool:
+        """Whether a message reports an orientation; the identity counts once another has come."""
+        if not has_angle(values):
+            self.default_orientation = False
+            return False
+        self._oriented = self._oriented or not is_default(values)
+        self.default_orientation = not self._oriented
+        return self._oriented
 
     def add_wheels(self, data: bytes) -> Stamped:
         """Take a serialised JointState; return the samples it completes.
@@ -80,4 +121,6 @@ class TiltInput:
         found: Counter[str] = Counter()
         for prefix, guard in (("imu", stream.imu_guard), ("wheel", stream.wheel_guard)):
             found.update({f"{prefix}_{name}": count for name, count in guard.counts.items()})
+        if self._left_out:
+            found["imu_of_the_other_kind"] = self._left_out
         return found

@@ -22,12 +22,15 @@ from ...parameters.bounds import Bounds, Meaning, require_bounds
 from ...pipeline.pairing import WheelReading
 from ...plants.laddach2022 import PlantState, motor_torque
 from ...samples import RESTART_GAP
+from ..physical import BEYOND, FASTEST, NOT_FINITE
 from ..stamps import StampGuard, Verdict
 from .balance import NO_VOLTAGE, BalanceConfiguration, BalanceStream, Standing
 from .freshness import FrozenTilt, judged_by_stamp
 
 EARLY = 0.1
 """Share of a period by which a step may come early, for samples that jitter."""
+LARGEST_TILT = 10.0
+"""Largest believable tilt [rad]; a controller's source may count beyond a turn."""
 RESUMED = 0.1
 """After a longer interruption [s] the robot must be stood up before the motors run again."""
 UNINTERRUPTED = {Standing.BALANCING, Standing.WAITING, Standing.FALLEN}
@@ -176,8 +179,9 @@ class ControlStream:
             now: What the clock of the stamps says [ns], to judge whether the tilt is one of
                 now; None where that is not in question.
         """
-        if not math.isfinite(tilt + (rate or 0.0)):
-            self.guard.skip("not_finite")
+        if not (abs(tilt) <= LARGEST_TILT and abs(rate or 0.0) <= FASTEST):
+            finite = math.isfinite(tilt) and math.isfinite(rate or 0.0)
+            self.guard.skip(BEYOND if finite else NOT_FINITE)
             return None
         verdict = self.guard.check(stamp)
         if verdict is Verdict.SKIP:

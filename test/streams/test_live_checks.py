@@ -1,0 +1,96 @@
+"""Sensors that contradict each other on a live stream."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
+from twbr_estimation.streams.live_checks import LiveChecks
+
+DT = 0.005
+ZERO = CorrectedSample(**dict.fromkeys(CorrectedSample._fields, 0.0))
+
+
+def swing(seconds: float, amplitude: float = 0.3, seed: int = 7) -> Iterator[CorrectedSample]:
+    """Yield what an IMU with noise reads on a swing at 1 Hz."""
+    noise = np.random.default_rng(seed)
+    for index in range(round(seconds / DT)):
+        phase = 2.0 * math.pi * index * DT
+        tilt, rate = amplitude * math.sin(phase), amplitude * 2.0 * math.pi * math.cos(phase)
+        force = STANDARD_GRAVITY * np.array([-math.sin(tilt), 0.0, math.cos(tilt)])
+        x, y, z = force + 0.05 * noise.standard_normal(3)
+        yield ZERO._replace(
+            dt=DT, gyro_y=rate + 0.002 * noise.standard_normal(), accel_x=x, accel_y=y, accel_z=z
+        )
+
+
+def checked(
+    change: Callable[[CorrectedSample], CorrectedSample], seconds: float = 3.0, **how: float
+) -> LiveChecks:
+    checks = LiveChecks()
+    for sample in swing(seconds, **how):  # type: ignore[arg-type]
+        checks.add(change(sample))
+    return checks
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 0.02, 0.3])
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_sensors_that_agree_are_trusted(amplitude: float, seed: int) -> None:
+    checks = checked(lambda each: each, amplitude=amplitude, seed=seed)
+    assert checks.untrusted == () and checks.doubts == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda s: s._replace(gyro_y=0.0), "gyro's y axis reads 0 rad/s"),
+        (lambda s: s._replace(gyro_y=4.36), "gyro's y axis reads 4.36"),
+        (lambda s: s._replace(accel_x=0.0, accel_z=9.8), "accelerometer's x axis reads 0"),
+        (lambda s: s._replace(gyro_y=math.degrees(s.gyro_y)), "deg/s"),
+        (lambda s: s._replace(gyro_y=-s.gyro_y), "sign"),
+        (lambda s: s._replace(accel_x=-s.accel_x), "sign"),
+    ],
+)
+def test_a_sensor_that_contradicts_the_other_is_not_trusted(
+    change: Callable[[CorrectedSample], CorrectedSample], said: str
+) -> None:
+    checks = checked(change)
+    assert len(checks.untrusted) == 1 and said in checks.untrusted[0]
+
+
+def in_g(sample: CorrectedSample) -> CorrectedSample:
+    x, y, z = (each / STANDARD_GRAVITY for each in sample[6:9])
+    return sample._replace(accel_x=x, accel_y=y, accel_z=z)
+
+
+def upside_down(sample: CorrectedSample) -> CorrectedSample:
+    """Turned about x by half a turn: what a board mounted face down reads."""
+    return sample._replace(gyro_y=-sample.gyro_y, accel_y=-sample.accel_y, accel_z=-sample.accel_z)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (in_g, "reports g"),
+        (lambda s: s._replace(accel_z=1.5 * s.accel_z), "where gravity is 9.81"),
+        (lambda s: s._replace(accel_x=0.001, accel_y=0.0, accel_z=0.02), "mean is 0.02"),
+        (upside_down, "z axis points down"),
+    ],
+)
+def test_a_wrong_accelerometer_is_named(
+    change: Callable[[CorrectedSample], CorrectedSample], said: str
+) -> None:
+    checks = checked(change, amplitude=0.02)
+    assert any(said in each for each in checks.doubts)
+
+
+def test_trust_returns_two_seconds_after_good_samples() -> None:
+    checks = checked(lambda each: each._replace(gyro_y=0.0))
+    assert checks.untrusted
+    for sample in swing(2.2):
+        checks.add(sample)
+    assert checks.untrusted == ()
