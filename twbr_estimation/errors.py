@@ -31,5 +31,9 @@ class MotionError(TwbrError):
     """A robot that moved where it had to stand still."""
 
 
+class CalibrationError(TwbrError):
+    """Readings that would be calibrated into nonsense."""
+
+
 class WorkerError(TwbrError):
     """Workers of a computation that died, cannot be reached, or were told to stop."""

@@ -12,7 +12,7 @@ import pytest
 from twbr_estimation.calibration.geometry import calibrate_geometry
 from twbr_estimation.calibration.regression import regress
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
-from twbr_estimation.errors import RecordingError
+from twbr_estimation.errors import CalibrationError, RecordingError
 from twbr_estimation.imports import Options, load
 from twbr_estimation.recording import ImuTrack, TiltTrack, WheelTrack
 from twbr_estimation.robot import EncoderPlacement, Robot, Setup
@@ -129,3 +129,13 @@ def test_a_regression_survives_outliers_and_knows_its_error():
     spread = np.sqrt(np.mean(np.square(scores), axis=0))
     assert np.all(spread < 1.5) and np.all(spread > 0.6)
     assert math.isclose(float(np.mean(scores)), 0.0, abs_tol=0.5)
+
+
+@pytest.mark.parametrize("factor", [-1.0, 57.3])
+def test_a_gyro_of_another_sign_or_unit_is_no_scale_error(factor) -> None:
+    drive = simulate("paper", 0.01, 15.0, 5)
+    imu = replace(drive.recording.imu, gyro=factor * drive.recording.imu.gyro)
+    wide = replace(drive.setup.robot, gyro_range=1e3)
+    setup = Setup(wide, replace(drive.setup.calibration, gyro_bias=(0.0, 0.0, 0.0)))
+    with pytest.raises(CalibrationError, match="no scale error"):
+        calibrate_geometry([replace(drive.recording, imu=imu)], setup)

@@ -10,7 +10,7 @@ import pytest
 
 from twbr_estimation.calibration.drift import standard_errors
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
-from twbr_estimation.errors import MotionError, RecordingError
+from twbr_estimation.errors import CalibrationError, MotionError, RecordingError
 from twbr_estimation.recording import ImuTrack
 from twbr_estimation.robot import Setup
 from twbr_estimation.simulation import simulate
@@ -85,3 +85,26 @@ def test_drift_is_shown_over_windows():
     assert found.gyro_windows.shape == found.accel_windows.shape == (10, 3)
     np.testing.assert_allclose(found.gyro_windows[3], recording.imu.gyro[1200:1600].mean(axis=0))
     assert found.gyro_extremes[0] == tuple(recording.imu.gyro.min(axis=0))
+
+
+@pytest.mark.parametrize(
+    ("by", "said"),
+    [
+        (lambda force: force / 9.80665, "it is in g"),
+        (lambda force: -force, "upside down"),
+        (lambda force: force - force.mean(axis=0), "removes gravity"),
+        (lambda force: force[:, [2, 1, 0]], "axes"),
+    ],
+)
+def test_a_bias_that_no_board_has_is_refused(by, said) -> None:
+    recording = simulate("paper", 0.01, 10.0, 3, "still").recording
+    imu = replace(recording.imu, accel=by(recording.imu.accel))
+    with pytest.raises(CalibrationError, match=said):
+        calibrate_still(replace(recording, imu=imu), Setup(), StillOptions())
+
+
+def test_a_bias_of_a_poor_board_is_taken() -> None:
+    recording = simulate("paper", 0.01, 10.0, 3, "still").recording
+    imu = replace(recording.imu, accel=np.add(recording.imu.accel, (2.0, -2.0, 3.0)))
+    found = calibrate_still(replace(recording, imu=imu), Setup(), StillOptions())
+    assert found.calibration.accel_bias[0] == pytest.approx(2.0, abs=0.1)

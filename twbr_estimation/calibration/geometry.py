@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..drives import Drive
+from ..errors import CalibrationError
 from ..recording import Recording
 from ..robot import EncoderPlacement, Setup
 from .gyro_scale import GyroFit, fit_gyro
@@ -24,6 +25,8 @@ PLACEMENT_MARGIN = 0.4
 """How near 0 or 1 the share of the body's turn in the encoder must be."""
 PLACEMENT_ERROR = 0.3
 """Largest standard error of that share."""
+PLAUSIBLE_GAIN = (0.8, 1.25)
+"""Scale of a gyro that is one; 3 % is usual, clones are off by 10 %."""
 MOUNTING_MARGIN = 3.0
 """The mounting stays as configured unless it is this many standard errors off: held poses tell
 it twenty times better than a drive."""
@@ -77,9 +80,11 @@ def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> Geometr
 
     Raises:
         RecordingError: no reference, or too short.
+        CalibrationError: gyro and reference contradict each other.
     """
     drives = [signals_of(Drive(recording, setup)) for recording in recordings]
     gyro, wide = fit_gyro(drives, WIDTH), fit_gyro(drives, WIDER)
+    _require_plausible_gain(gyro)
     found = _gyro_estimates(gyro, wide, setup)
     wheeled = [drive for drive in drives if drive.wheel is not None]
     turn, placement, share = Estimate(None, None, "there is no wheel encoder"), None, 0.0
@@ -92,6 +97,16 @@ def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> Geometr
         found.update(_kinematic_estimates(wheeled, gyro, placement, setup))
     told = {name: _limited(name, estimate) for name, estimate in found.items()}
     return GeometryResult(_configured(setup, told, placement), told, turn, placement, share)
+
+
+def _require_plausible_gain(fit: GyroFit) -> None:
+    if PLAUSIBLE_GAIN[0] < fit.gain < PLAUSIBLE_GAIN[1] or fit.gain_error > abs(fit.gain):
+        return
+    raise CalibrationError(
+        f"gyro: its pitch rate times {fit.gain:.3g} is the reference's, which is no scale error: "
+        f"a gyro's scale is within {PLAUSIBLE_GAIN[0]:g} and {PLAUSIBLE_GAIN[1]:g}; check signs "
+        "and units of gyro and reference, and robot.mounting"
+    )
 
 
 def _gyro_estimates(fit: GyroFit, wide: GyroFit, setup: Setup) -> dict[str, Estimate]:

@@ -12,12 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..errors import CalibrationError
 from ..recording import FloatArray, Recording
 from ..robot import Setup
 from ..samples import STANDARD_GRAVITY
 from .held_poses import Poses, held_poses
 from .scale import ScaleFit, fit_scale
-from .stillness import specific_force
+from .stillness import LARGEST_ACCEL_BIAS, specific_force
 
 AXES = {"x": 0, "z": 2}
 """The axes a tilting robot turns through gravity, with their columns."""
@@ -71,6 +72,7 @@ def calibrate_poses(recording: Recording, setup: Setup) -> PosesResult:
 
     Raises:
         RecordingError: no reference, too few poses, or too small a range of angles.
+        CalibrationError: an accelerometer bias that no board has.
     """
     poses = held_poses(recording)
     pitch, pitch_error = _pitch(poses, setup)
@@ -124,6 +126,7 @@ def _axis(poses: Poses, setup: Setup, axis: str, pitch_error: float) -> AxisResu
     bias, error = setup.calibration.accel_bias[column], None
     if np.min(np.abs(force)) < ZERO_MARGIN and math.isfinite(pitch_error):
         bias, error = _bias(reading, force)
+        _require_plausible(axis, bias)
         weight = STANDARD_GRAVITY * math.hypot(pitch_error, poses.resolution / math.sqrt(12.0))
         error = math.hypot(error, weight)
     fit = fit_scale(reading - bias, force)
@@ -132,6 +135,14 @@ def _axis(poses: Poses, setup: Setup, axis: str, pitch_error: float) -> AxisResu
     before = float(np.mean(np.square(single - wanted)))
     after = float(np.mean(np.square(fit.corrected(single) - wanted)))
     return AxisResult(fit, bias, error, before, after)
+
+
+def _require_plausible(axis: str, bias: float) -> None:
+    if abs(bias) > LARGEST_ACCEL_BIAS:
+        raise CalibrationError(
+            f"accelerometer {axis}: a bias of {bias:.3g} m/s^2 is none, boards are off by up to "
+            f"{LARGEST_ACCEL_BIAS:.3g} m/s^2; check its unit, axes and robot.mounting"
+        )
 
 
 def _bias(reading: FloatArray, force: FloatArray) -> tuple[float, float]:

@@ -78,6 +78,7 @@ def calibrate_still(recording: Recording, setup: Setup, options: StillOptions) -
     Raises:
         RecordingError: the recording is too short.
         MotionError: the robot moved; the message says when and how much.
+        CalibrationError: an accelerometer bias that no board has.
     """
     _require_rest(recording, options.limits)
     imu, dt = recording.imu, recording.dt

@@ -13,7 +13,8 @@ from typing import Annotated
 
 import numpy as np
 
-from ..errors import ConfigurationError, MotionError
+from ..checks.units import of_accelerometer
+from ..errors import CalibrationError, ConfigurationError, MotionError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import SampleTrack
 from ..recording import FloatArray
@@ -23,6 +24,8 @@ from ..sensors.error_model import scale_error, unscaled
 
 BLOCK = 0.1
 """Readings are averaged over this time [s] before they are searched for motion."""
+LARGEST_ACCEL_BIAS = 0.4 * STANDARD_GRAVITY
+"""The worst boards are off by this [m/s^2]."""
 Triple = tuple[float, float, float]
 
 
@@ -90,6 +93,7 @@ def still_calibration(
     Raises:
         ConfigurationError: the samples do not cover the duration.
         MotionError: the robot moved; the message says when and how much.
+        CalibrationError: an accelerometer bias that no board has.
     """
     latest = _latest(SampleTrack.of(samples), settings.duration)
     ages = (latest.stamps[-1] - latest.stamps) * 1e-9
@@ -114,13 +118,40 @@ def accel_bias(reading: FloatArray, tilt: float, calibration: Calibration, robot
         tilt: the robot's tilt [rad].
         calibration: its scale polynomials, which are inverted (Laddach 2022 (11)).
         robot: mounting of the sensor.
+
+    Raises:
+        CalibrationError: the biases would be larger than those of any board.
     """
     force = specific_force(tilt, robot)
     x, y, z = (
         float(reading[axis]) - unscaled(float(force[axis]), scale_error(calibration, "xyz"[axis]))
         for axis in range(3)
     )
+    _require_plausible(reading, force, max(abs(x), abs(y), abs(z)))
     return x, y, z
+
+
+def _require_plausible(reading: FloatArray, force: FloatArray, largest: float) -> None:
+    """Refuse a bias that no board has, with its likely cause."""
+    if largest <= LARGEST_ACCEL_BIAS:
+        return
+    length = float(np.linalg.norm(reading))
+    unit = of_accelerometer(length / STANDARD_GRAVITY)
+    if unit:
+        cause = f"it reads {length:.3g} at rest, so it is in {unit}; give m/s^2"
+    elif float(reading @ force) < -0.7 * length * STANDARD_GRAVITY:
+        cause = (
+            "gravity has the wrong sign: the sensor is upside down (robot.mounting), or the "
+            "driver reports gravity instead of the specific force, +g on the axis that points up"
+        )
+    elif length < 0.3 * STANDARD_GRAVITY:
+        cause = f"it reads {length:.3g} m/s^2 at rest: the driver removes gravity"
+    else:
+        cause = "check the robot's tilt, robot.mounting and the sensor's axes"
+    raise CalibrationError(
+        f"accelerometer: a bias of {largest:.3g} m/s^2 is none, boards are off by up to "
+        f"{LARGEST_ACCEL_BIAS:.3g} m/s^2; {cause}"
+    )
 
 
 def specific_force(tilt: float, robot: Robot) -> FloatArray:

@@ -9,7 +9,10 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
+from ..checks.check import check
+from ..checks.finding import noteworthy
 from ..imports import Options, formats, load, write_import
+from ..robot import CorrectionSettings, Setup
 
 
 def add_parser(subparsers: Any) -> None:
@@ -57,4 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     for repair, count in recording.repairs.items():
         console.print(f"  repaired: {escape(repair)}: {count}", highlight=False, soft_wrap=True)
+    setup = Setup(log.robot, log.calibration, log.correction or CorrectionSettings())
+    for finding in noteworthy(check(recording, setup)):
+        console.print(f"warning: {escape(finding.sentence)}", highlight=False, soft_wrap=True)
     return 0

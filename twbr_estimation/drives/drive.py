@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from ..batch import CorrectedTrack, correct, oversampled, run_filters
+from ..checks.check import check
+from ..checks.finding import Finding, noteworthy
 from ..configuration.filter_settings import Settings
 from ..configuration.of_recording import with_terms
 from ..errors import ConfigurationError, RecordingError
@@ -77,6 +79,17 @@ class Drive:
         """The reference as `options` has it, at any stamps; None without one."""
         reference = self.recording.reference
         return None if reference is None else Association(reference, self.options)
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """What the data show about themselves and the robot's description, PASS included."""
+        return check(self.recording, self.setup)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """The findings that are worth a warning, as sentences, but saturation."""
+        found = noteworthy(self.findings)
+        return tuple(each.sentence for each in found if each.check != "saturation")
 
     @cached_property
     def key(self) -> str:

@@ -1,1 +1,1 @@
-"""Errors of estimates against a reference: figures, tables and plausibility checks."""
+"""Errors of estimates against a reference: figures and tables."""

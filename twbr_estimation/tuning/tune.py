@@ -115,8 +115,9 @@ def tune(
         TwbrError: recordings or configuration that cannot be used, or workers that fail.
     """
     names = request.chosen()
-    training = _sets(request, request.training, smoothing)
-    verification = _sets(request, request.verification, smoothing)
+    doubted: list[str] = []
+    training = _sets(request, request.training, smoothing, doubted)
+    verification = _sets(request, request.verification, smoothing, doubted)
     _require_different(training, verification)
     dt = _common_period([*training, *verification])
     tuned = None
@@ -144,11 +145,14 @@ def tune(
         tuple(done),
         tuple(each.source for each in training),
         tuple(each.source for each in verification),
-        saturation_warnings(training),
+        (*saturation_warnings(training), *doubted),
     )
 
 
-def _sets(request: TuningRequest, paths: Sequence[Path], smoothing: Smoothing) -> list[TuningSet]:
+def _sets(
+    request: TuningRequest, paths: Sequence[Path], smoothing: Smoothing, doubted: list[str]
+) -> list[TuningSet]:
+    """Return the recordings below the paths; what their checks find is added to `doubted`."""
     found = dict.fromkeys(bag for path in paths for bag in recordings_below(path))
     sets = []
     for bag in found:
@@ -161,6 +165,7 @@ def _sets(request: TuningRequest, paths: Sequence[Path], smoothing: Smoothing) -
             options=request.options,
             required=required,
         )
+        doubted += [f"{bag}: {text}" for text in drive.doubts]
         if drive.recording.reference is None:
             track = drive.smoothed(progress=partial(smoothing, str(bag)))
             drive = drive.with_reference(track.as_track())

@@ -1,0 +1,161 @@
+"""One fault at a time in a simulated drive, and the finding it must give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twbr_estimation.checks.check import check
+from twbr_estimation.checks.finding import Finding, Severity, noteworthy
+from twbr_estimation.recording import Recording
+from twbr_estimation.robot import EncoderPlacement, Setup
+from twbr_estimation.simulation import Simulated, simulate
+
+Faulty = tuple[Recording, Setup]
+
+
+@pytest.fixture(scope="module")
+def drive() -> Simulated:
+    """Return a drive of a robot that turns, with two encoders."""
+    return simulate("W4", 0.005, 30.0, 301)
+
+
+def faults(recording: Recording, setup: Setup) -> dict[str, Finding]:
+    """Return the findings by subject and check, without saturation, which a drive has."""
+    found = noteworthy(check(recording, setup))
+    return {f"{each.subject} {each.check}": each for each in found if each.check != "saturation"}
+
+
+def gyro(by: Callable[[np.ndarray], np.ndarray]) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        imu, calibration = drive.recording.imu, drive.setup.calibration
+        bias = tuple(by(np.array([calibration.gyro_bias]))[0].tolist())
+        setup = replace(drive.setup, calibration=replace(calibration, gyro_bias=bias))
+        return replace(drive.recording, imu=replace(imu, gyro=by(imu.gyro))), setup
+
+    return faulty
+
+
+def accelerometer(by: Callable[[np.ndarray], np.ndarray]) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        imu = drive.recording.imu
+        return replace(drive.recording, imu=replace(imu, accel=by(imu.accel))), drive.setup
+
+    return faulty
+
+
+def wheels(
+    by: Callable[[np.ndarray], np.ndarray], late: float = 0.0
+) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        track = drive.recording.wheels
+        assert track is not None
+        track = replace(track, angle=by(track.angle), stamps=track.stamps + round(late * 1e9))
+        return replace(drive.recording, wheels=track), drive.setup
+
+    return faulty
+
+
+def robot(**changes: object) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        setup = replace(drive.setup, robot=replace(drive.setup.robot, **changes))  # type: ignore[arg-type]
+        return drive.recording, setup
+
+    return faulty
+
+
+def restarted(angle: np.ndarray) -> np.ndarray:
+    later = angle.copy()
+    later[angle.shape[0] // 2 :] -= angle[angle.shape[0] // 2]
+    return later
+
+
+def counted_in_16_bit(angle: np.ndarray) -> np.ndarray:
+    step = 2.0 * np.pi / 20_000
+    return ((np.round(angle / step) + 32768) % 65536 - 32768) * step
+
+
+CASES = {
+    "wheels backward": (wheels(lambda a: -a), "wheels sign", -1.0),
+    "wheels in degrees": (wheels(np.degrees), "wheels scale", 57.3),
+    "wheels in counts": (wheels(lambda a: a * 1320 / (2 * np.pi)), "wheels scale", 210.1),
+    "wheels before the gear": (wheels(lambda a: 30.0 * a), "wheels scale", 30.0),
+    "wheels behind a gear": (wheels(lambda a: a / 30.0), "wheels scale", 1 / 30.0),
+    "left wheel mirrored": (wheels(lambda a: a * [-1.0, 1.0]), "wheels sign", None),
+    "right wheel mirrored": (wheels(lambda a: a * [1.0, -1.0]), "wheels sign", None),
+    "left wheel dead": (wheels(lambda a: a * [0.0, 1.0]), "wheels dead", None),
+    "both wheels dead": (wheels(lambda a: 0.0 * a), "wheels dead", None),
+    "wheels late": (wheels(lambda a: a, late=0.2), "wheels clock", 0.2),
+    "wheels early": (wheels(lambda a: a, late=-0.1), "wheels clock", -0.1),
+    "wheels of another clock": (wheels(lambda a: a, late=1e9), "wheels clock", 1e9),
+    "counter restarted": (wheels(restarted), "wheels jumps", None),
+    "counter of 16 bit": (wheels(counted_in_16_bit), "wheels jumps", None),
+    "gyro backward": (gyro(lambda v: -v), "gyro sign", -1.0),
+    "gyro in deg/s": (gyro(np.degrees), "gyro unit", 57.3),
+    "gyro axes swapped": (gyro(lambda v: v[:, [1, 0, 2]]), "gyro axes", 1.0),
+    "accelerometer in g": (accelerometer(lambda v: v / 9.80665), "accelerometer unit", 0.102),
+    "gravity removed": (accelerometer(lambda v: v - [0, 0, 9.4]), "accelerometer unit", None),
+    "gravity negated": (accelerometer(lambda v: -v), "accelerometer direction", -1.0),
+    "x and y swapped": (accelerometer(lambda v: v[:, [1, 0, 2]]), "accelerometer axes", 1.0),
+    "x and z swapped": (accelerometer(lambda v: v[:, [2, 1, 0]]), "accelerometer axes", None),
+    "radius in mm": (robot(wheel_radius=37.5), "wheels radius", 1000.0),
+    "radius of 4 m": (robot(wheel_radius=4.0), "wheels radius", 106.7),
+    "lever arm of 70 m": (robot(lever_arm=(0.0, 0.0, 70.0)), "robot lever arm", 70.0 / 0.138),
+}
+"""Name: what is done, the finding it gives, and the ratio found."""
+
+
+def test_nothing_is_found_in_a_good_drive(drive: Simulated) -> None:
+    assert faults(drive.recording, drive.setup) == {}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_fault_is_found_with_its_ratio(drive: Simulated, name: str) -> None:
+    fault, key, ratio = CASES[name]
+    found = faults(*fault(drive))
+    assert key in found, found
+    if ratio is not None:
+        assert found[key].ratio == pytest.approx(ratio, rel=0.2)
+    about_reference = [each for each in found if each.startswith("reference")]
+    assert len(found) - len(about_reference) <= 2, "one cause, one finding"
+
+
+def test_a_suggestion_mends_what_it_is_for(drive: Simulated) -> None:
+    recording, setup = robot(wheel_radius=4.0)(drive)
+    value = faults(recording, setup)["wheels radius"].value
+    assert value == pytest.approx(drive.true_setup.robot.wheel_radius, rel=0.1)
+    mended = replace(setup, robot=replace(setup.robot, wheel_radius=value))
+    assert faults(recording, mended) == {}
+
+
+def test_one_mirrored_wheel_is_named(drive: Simulated) -> None:
+    found = faults(*wheels(lambda a: a * [1.0, -1.0])(drive))["wheels sign"]
+    assert found.value == [1, -1] and "right wheel" in found.text
+
+
+@pytest.mark.parametrize("world", ["W1", "W4"])
+def test_the_other_placement_is_a_warning(world: str) -> None:
+    drive = simulate(world, 0.005, 30.0, 302)
+    recording, setup = robot(encoder_placement=EncoderPlacement.GROUND)(drive)
+    (found,) = faults(recording, setup).values()
+    assert found.severity is Severity.WARN and "encoder_placement" in found.sentence
+
+
+def test_a_wrong_reference_is_told_from_a_wrong_gyro(drive: Simulated) -> None:
+    reference = drive.recording.reference
+    assert reference is not None
+    backward = replace(drive.recording, reference=replace(reference, tilt=-reference.tilt))
+    (found,) = faults(backward, drive.setup).values()
+    assert "so the reference has the wrong sign" in found.sentence
+    recording, setup = gyro(lambda v: -v)(drive)
+    assert "the gyro is wrong" in faults(recording, setup)["reference scale"].sentence
+
+
+def test_microseconds_for_milliseconds_are_found(drive: Simulated) -> None:
+    recording = drive.recording
+    imu = replace(recording.imu, stamps=recording.imu.stamps // 1000)
+    found = faults(replace(recording, imu=imu, wheels=None, reference=None), drive.setup)
+    assert "unit of time" in found["IMU time unit"].sentence

@@ -1,0 +1,1 @@
+"""Whether the data of a robot agree with each other, with physics and with its description."""

@@ -1,0 +1,60 @@
+"""All checks of one recording, in one order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ..recording import Recording
+from ..robot import Robot, Setup
+from .agreement import agreement
+from .description import description
+from .evidence import Part, parts_of
+from .finding import Finding, Severity
+from .gravity import gravity
+from .readings import readings
+from .reference import reference
+from .timing import timing
+from .wheels import dead_wheels, wheels
+
+
+def check(recording: Recording, setup: Setup) -> tuple[Finding, ...]:
+    """Return everything the data of a recording show about themselves and their description.
+
+    Args:
+        recording: a robot in motion; at rest, little of it can be checked.
+        setup: robot and calibration as configured.
+    """
+    return tuple(_findings(recording, setup))
+
+
+def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
+    parts = parts_of(recording, setup)
+    single = list(readings(recording.imu, setup.robot))
+    upright = list(gravity(parts, recording.imu.accel, setup.robot, setup.calibration))
+    encoders = list(wheels(recording, parts, setup.correction.wheel))
+    motion = _motion(recording, parts, setup.robot, [*upright, *encoders])
+    yield from description(setup.robot)
+    yield from timing(recording)
+    yield from (each for each in single if not _same_cause(each, [*upright, *motion]))
+    yield from upright
+    yield from encoders
+    yield from motion
+    yield from reference(recording, parts, motion)
+
+
+def _motion(
+    recording: Recording, parts: Sequence[Part], robot: Robot, others: Sequence[Finding]
+) -> list[Finding]:
+    """Return how wheels and IMU agree; nothing where it is clear already that they cannot."""
+    if any(each.severity is Severity.FAIL for each in others):
+        return []
+    if recording.wheels is not None and dead_wheels(recording.wheels):
+        return []
+    return list(agreement(parts, robot))
+
+
+def _same_cause(finding: Finding, others: Sequence[Finding]) -> bool:
+    """Return whether a reading beyond full scale is explained by a wrong unit."""
+    return finding.check == "full scale" and any(
+        each.subject == finding.subject and each.severity is Severity.FAIL for each in others
+    )

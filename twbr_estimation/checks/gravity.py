@@ -1,0 +1,237 @@
+"""Length and direction of gravity in the accelerometer's readings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..recording import FloatArray
+from ..robot import Calibration, Robot
+from ..samples import STANDARD_GRAVITY
+from .causes import as_configured
+from .evidence import Part
+from .finding import Finding, Severity, passed
+from .rows import Rows, rows_of
+from .units import of_accelerometer
+
+DATA_SHEET = 0.12
+"""Share by which an uncalibrated MPU6050 may be wrong: 80 mg of bias and 3 % of scale."""
+WORST = 0.4
+"""Share by which the worst boards are wrong before they are calibrated."""
+NOTEWORTHY = 0.05
+"""A larger share is worth a warning."""
+MOVING = 0.3
+"""Share by which the median force of a robot that never rests may differ from gravity."""
+REMOVED = 0.2
+"""A smaller share of gravity is none."""
+REST_RATE = 0.05
+"""Rates below this are rest, whatever the bias [rad/s]."""
+REST_FORCE = 0.3
+"""Changes of force below this are rest [m/s^2]."""
+LEAN = 0.5
+"""Cosine of the angle between z and up below which another axis points up."""
+_WINDOW = 1.0  # [s]
+
+
+class Gravity(NamedTuple):
+    """What the accelerometer shows of gravity."""
+
+    length: float
+    """Median length of the force [m/s^2]."""
+    direction: tuple[float, float, float]
+    """Median of the force in body axes over its length."""
+    at_rest: bool
+    """Whether that was at rest."""
+
+
+def gravity_of(parts: Sequence[Part]) -> Gravity | None:
+    """Return gravity as the parts show it, at rest where they rest; None without data."""
+    found = [window for part in parts for window in _windows(part)]
+    if not found:
+        return None
+    means = np.array([window[0] for window in found])
+    resting = np.array([window[1] for window in found])
+    at_rest = bool(resting.sum() >= 3)
+    lengths = np.linalg.norm(means[resting] if at_rest else means, axis=1)
+    length = float(np.median(lengths))
+    middle = np.median(means, axis=0) / max(length, 1e-9)
+    return Gravity(length, (float(middle[0]), float(middle[1]), float(middle[2])), at_rest)
+
+
+def _windows(part: Part) -> Iterator[tuple[FloatArray, bool]]:
+    """Yield the mean force of each window, (3,), and whether the robot rested in it."""
+    force = part.force()
+    size = max(round(_WINDOW / part.step), 2)
+    rate = np.diff(part.turn, axis=0) / part.step
+    for begin in range(0, force.shape[0] - size + 1, size):
+        piece, turning = force[begin : begin + size], rate[begin : begin + size]
+        resting = turning.std(axis=0).max() < REST_RATE and piece.std(axis=0).max() < REST_FORCE
+        yield piece.mean(axis=0), bool(resting)
+
+
+def gravity(
+    parts: Sequence[Part], readings: FloatArray, robot: Robot, calibration: Calibration
+) -> Iterator[Finding]:
+    """Yield what length and direction of gravity show.
+
+    Args:
+        parts: calibrated data.
+        readings: of the accelerometer as they are, (n, 3).
+        robot: as configured.
+        calibration: as configured.
+    """
+    shown = gravity_of(parts)
+    if shown is None:
+        yield Finding(Severity.SKIP, "accelerometer", "gravity", "no stretch of 6 s to look at")
+        return
+    length = _wrong_unit(readings) or _length(shown, calibration)
+    yield length
+    if shown.length > REMOVED * STANDARD_GRAVITY or length.severity is not Severity.FAIL:
+        yield _direction(shown, parts, robot)
+
+
+def _wrong_unit(readings: FloatArray) -> Finding | None:
+    """Return that readings are in another unit or without gravity, before any calibration."""
+    length = float(np.median(np.linalg.norm(readings, axis=1)))
+    ratio = length / STANDARD_GRAVITY
+    reads = f"its median reading is {length:.3g} where gravity is {STANDARD_GRAVITY:.3g} m/s^2"
+    unit = of_accelerometer(ratio)
+    if unit:
+        return _unit(f"{reads}: it is in {unit}; give m/s^2", ratio)
+    if ratio < REMOVED:
+        advice = "gravity was removed; give the specific force, +g on the axis that points up"
+        return _unit(f"{reads}: {advice}", ratio)
+    return None
+
+
+def _length(shown: Gravity, calibration: Calibration) -> Finding:
+    ratio = shown.length / STANDARD_GRAVITY
+    where = "at rest" if shown.at_rest else "in the median"
+    reads = f"{where} it reads {shown.length:.3g} m/s^2 where gravity is {STANDARD_GRAVITY:.3g}"
+    off = abs(ratio - 1.0)
+    done = calibration.accel_bias != (0.0, 0.0, 0.0)
+    if off > ((DATA_SHEET if done else WORST) if shown.at_rest else MOVING):
+        return _unit(
+            f"{reads}, {100.0 * off:.0f} % {'less' if ratio < 1.0 else 'more'}: check the full "
+            "scale the driver assumes and calibration.accel_bias",
+            ratio,
+        )
+    if shown.at_rest and off > NOTEWORTHY:
+        advice = "its calibration is another sensor's" if done else "calibrate it"
+        if off > DATA_SHEET:
+            advice += "; a sound MPU6050 is within 12 %, so check the driver's full scale, too"
+        return Finding(
+            Severity.WARN, "accelerometer", "gravity", f"{reads}: {advice}", ratio, "calibration"
+        )
+    return passed("accelerometer", "gravity", reads, ratio)
+
+
+def _unit(text: str, ratio: float) -> Finding:
+    return Finding(Severity.FAIL, "accelerometer", "unit", text, ratio)
+
+
+def _direction(shown: Gravity, parts: Sequence[Part], robot: Robot) -> Finding:
+    up = np.array(shown.direction)
+    if up[2] >= LEAN:
+        return passed("accelerometer", "direction", "gravity is on the axis that points up")
+    if up[2] <= -LEAN:
+        return _upside_down(parts, robot)
+    axis = int(np.argmax(np.abs(up)))
+    name = f"{'-' if up[axis] < 0.0 else ''}{'xyz'[axis]}"
+    return Finding(
+        Severity.FAIL,
+        "accelerometer",
+        "axes",
+        f"gravity is mostly on the body axis {name}, where z should point up: the axes are "
+        "swapped, robot.mounting does not say how the sensor sits, or the robot lies",
+        float(up[2]),
+        "robot.mounting",
+    )
+
+
+class _Turn(NamedTuple):
+    """A way to sit, or to report, upside down."""
+
+    text: str
+    parameter: str | None
+    value: object
+    gyro: tuple[float, float, float]
+    force: tuple[float, float, float]
+
+
+_PI = float(np.pi)
+_WAYS = (
+    _Turn(
+        "the driver reports gravity with the wrong sign; +g belongs on the axis that points up",
+        None,
+        None,
+        (1.0, 1.0, 1.0),
+        (-1.0, -1.0, -1.0),
+    ),
+    _Turn(
+        "the sensor is mounted upside down, or its axes are forward, right, down; set "
+        "robot.mounting to [3.1416, 0, 0]",
+        "robot.mounting",
+        (_PI, 0.0, 0.0),
+        (1.0, -1.0, -1.0),
+        (1.0, -1.0, -1.0),
+    ),
+    _Turn(
+        "the sensor is mounted upside down, its x axis backward; set robot.mounting to "
+        "[0, 3.1416, 0]",
+        "robot.mounting",
+        (0.0, _PI, 0.0),
+        (-1.0, 1.0, -1.0),
+        (-1.0, 1.0, -1.0),
+    ),
+    _Turn(
+        "the sign of its z axis alone is wrong in the driver",
+        None,
+        None,
+        (1.0, 1.0, 1.0),
+        (1.0, 1.0, -1.0),
+    ),
+)
+
+
+def _upside_down(parts: Sequence[Part], robot: Robot) -> Finding:
+    """Return the way to be upside down with which wheels and IMU agree best."""
+    rows = rows_of(parts)
+    way, known = _WAYS[1], False
+    if rows is not None and rows.wheels is not None:
+        misfits = [as_configured(_turned(rows, each), robot) for each in _WAYS]
+        order = np.argsort(misfits)
+        known = misfits[order[0]] < 0.6 * misfits[order[1]]
+        # The sign of z alone does not change the forward axis: it ties with a right sensor.
+        way = _WAYS[int(order[0])]
+    text = (
+        way.text
+        if known
+        else "the driver reports gravity with the wrong sign, or the sensor is mounted upside "
+        "down (robot.mounting: [3.1416, 0, 0])"
+    )
+    return Finding(
+        Severity.FAIL,
+        "accelerometer",
+        "direction",
+        f"its z axis points down: {text}",
+        -1.0,
+        way.parameter if known else "robot.mounting",
+        way.value if known else (_PI, 0.0, 0.0),
+    )
+
+
+def _turned(rows: Rows, way: _Turn) -> Rows:
+    gyro, force = np.array(way.gyro), np.array(way.force)
+    return Rows(
+        rows.force * force,
+        rows.turn * gyro,
+        rows.turning * gyro,
+        rows.rate * gyro,
+        rows.wheels,
+        rows.wheel_rates,
+        rows.reference,
+        rows.blocks,
+    )

@@ -1,0 +1,63 @@
+"""Ratios that have a name: degrees, turns, the motor's side of a gear, counts of an encoder."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from ..robot import Robot
+from ..samples import STANDARD_GRAVITY
+
+TOLERANCE = 0.12
+"""Relative difference up to which a ratio counts as the named one."""
+_DEGREES = math.degrees(1.0)
+
+
+def named(ratio: float, names: Mapping[str, float]) -> str:
+    """Return the name whose ratio is nearest to `ratio`; empty where none is near."""
+    best, distance = "", math.log1p(TOLERANCE)
+    for name, value in names.items():
+        if ratio == 0.0 or ratio * value <= 0.0:
+            continue
+        away = abs(math.log(ratio / value))
+        if away < distance:
+            best, distance = name, away
+    return best
+
+
+def of_wheels(reading: float, robot: Robot) -> str:
+    """Return what wheel angles are that read `reading` times the true angle."""
+    size = abs(reading)
+    names = {
+        "degrees": _DEGREES,
+        "turns": 0.5 / math.pi,
+        "angles on the motor's side of the gear": robot.gear_ratio,
+        "those of an encoder counted with four times its resolution": 4.0,
+        "those of an encoder counted with a quarter of its resolution": 0.25,
+        "those of an encoder counted with twice its resolution": 2.0,
+        "those of an encoder counted with half its resolution": 0.5,
+    }
+    name = named(size, names)
+    if not name and size > 12.0:
+        name = f"counts of an encoder with about {2.0 * math.pi * size:.3g} counts a turn"
+    return name
+
+
+def of_gyro(reading: float) -> str:
+    """Return the unit of rates that read `reading` times the true one."""
+    return named(abs(reading), {"deg/s": _DEGREES, "turns/s": 0.5 / math.pi, "mrad/s": 1e3})
+
+
+def of_accelerometer(reading: float) -> str:
+    """Return the unit of forces that read `reading` times the true one."""
+    return named(abs(reading), {"g": 1.0 / STANDARD_GRAVITY, "mg": 1e3 / STANDARD_GRAVITY})
+
+
+def of_length(configured: float) -> str:
+    """Return the unit of a length that is `configured` times the true one."""
+    return named(abs(configured), {"mm": 1e3, "cm": 1e2, "inches": 1.0 / 0.0254})
+
+
+def of_time(ratio: float) -> str:
+    """Return what stamps are that run `ratio` times as fast as time."""
+    return named(abs(ratio), {"thousandths": 1e-3, "thousands": 1e3, "millionths": 1e-6})
