@@ -65,7 +65,6 @@ setup(
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "hardware": HARDWARE,
         "import": ["h5py>=3.10"],
-        "control": CONTROL,
         "dask": DASK,
         "docs": DOCS,
         "noise": NOISE,

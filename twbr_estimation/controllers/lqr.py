@@ -2,19 +2,16 @@
 
 The robot's mechanics give the linearised plant, Laddach 2022 (2) in its right form, sampled at
 the controller's period; a voltage acts one period after it was asked for, which the plant
-includes as a fifth state. python-control solves the Riccati equation.
+includes as a fifth state.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-import numpy as np
-
-from ..errors import ConfigurationError
-from ..plants.laddach2022 import linearised
 from ..robot import Robot
 from .base import Bounds, Controller
+from .riccati import delayed_gains
 from .state_feedback import Gains, State, reset, rolling_voltage, step
 from .steering import YawGain, YawRateGain
 
@@ -45,20 +42,10 @@ def derive(parameters: Parameters, robot: Robot, period: float) -> Gains:
     """Return the gains.
 
     Raises:
-        ConfigurationError: python-control is missing, or finds no gains for this robot.
+        ConfigurationError: there are no gains for this robot.
     """
-    control = _library()
-    a, b = linearised(robot.plant())
-    sampled = control.sample_system(control.ss(a, b, np.eye(4), np.zeros((4, 1))), period)
-    transition, entry = np.zeros((5, 5)), np.zeros((5, 1))
-    transition[:4, :4], transition[:4, 4:] = sampled.A, sampled.B
-    entry[4] = 1.0
-    weights = np.diag([*parameters[:4], 0.0])
-    try:
-        gains, _, _ = control.dlqr(transition, entry, weights, [[parameters.voltage_weight]])
-    except (ValueError, np.linalg.LinAlgError, control.ControlArgument) as error:
-        raise ConfigurationError(f"lqr: no gains for this robot and period: {error}") from error
-    position, velocity, tilt, rate, pending = (-float(gain) for gain in gains[0])
+    found = delayed_gains(robot.plant(), period, parameters[:4], parameters.voltage_weight)
+    position, velocity, tilt, rate, pending = (-gain for gain in found)
     return Gains(
         position,
         velocity,
@@ -72,21 +59,10 @@ def derive(parameters: Parameters, robot: Robot, period: float) -> Gains:
     )
 
 
-def _library() -> Any:
-    """Import python-control, which takes seconds, only where it is needed."""
-    try:
-        import control
-    except ImportError:
-        raise ConfigurationError(
-            "controller lqr needs python-control: pip install 'twbr_estimation[control]'"
-        ) from None
-    return control
-
-
 CONTROLLER = Controller(
     name="lqr",
     title="Linear-quadratic regulator computed for the robot in robot.yaml, with its delay.",
-    source="Laddach 2022 (2), Sun 2014 (section IV B), python-control",
+    source="Laddach 2022 (2), Sun 2014 (section IV B)",
     parameters=Parameters,
     state=State,
     reset=reset,

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from ..plants.laddach2022 import PlantParameters, PlantState, linearised
+from ..controllers.riccati import delayed_gains
+from ..plants.laddach2022 import PlantParameters, PlantState
 
 STATE_WEIGHTS = (3.06, 0.1, 31.3, 1.0)
 """Weights of position, velocity, tilt and tilt rate."""
@@ -26,19 +25,7 @@ class BalanceGains(NamedTuple):
 
 def balance_gains(plant: PlantParameters, period: float) -> BalanceGains:
     """Return the gains for the linearised plant, sampled, with one period of delay [s]."""
-    from scipy.linalg import expm, solve_discrete_are
-
-    a, b = linearised(plant)
-    sampled = expm(np.block([[a, b], [np.zeros((1, 5))]]) * period)
-    transition = np.zeros((5, 5))
-    transition[:4] = sampled[:4]
-    entry = np.zeros((5, 1))
-    entry[4] = 1.0
-    weights = np.diag([*STATE_WEIGHTS, 0.0])
-    effort = np.array([[VOLTAGE_WEIGHT]])
-    cost = solve_discrete_are(transition, entry, weights, effort)
-    gains = np.linalg.solve(effort + entry.T @ cost @ entry, entry.T @ cost @ transition)
-    return BalanceGains(*gains[0].tolist())
+    return BalanceGains(*delayed_gains(plant, period, STATE_WEIGHTS, VOLTAGE_WEIGHT))
 
 
 def balance_voltage(
