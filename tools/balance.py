@@ -29,9 +29,9 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from twbr_estimation.configuration.files import write_section  # noqa: E402
-from twbr_estimation.controllers import controllers  # noqa: E402
+from twbr_estimation.controllers import listed_controllers  # noqa: E402
 from twbr_estimation.errors import TwbrError  # noqa: E402
-from twbr_estimation.filters import filters  # noqa: E402
+from twbr_estimation.filters import listed_filters  # noqa: E402
 from twbr_estimation.robot import Robot  # noqa: E402
 from twbr_estimation.simulation.simulate import setups_of  # noqa: E402
 from twbr_estimation.simulation.worlds import world_named  # noqa: E402
@@ -171,9 +171,9 @@ class Watcher:
             shown.target = min(max(shown.target + step, -FASTEST), FASTEST)
             shown.message = f"driving at {shown.target:+.1f} m/s"
         elif key in "fF":
-            self._switch("filter", next_of(filters(), shown.filter, key == "F"))
+            self._switch("filter", next_of(listed_filters(), shown.filter, key == "F"))
         elif key in "cC":
-            self._switch("controller", next_of(controllers(), shown.controller, key == "C"))
+            self._switch("controller", next_of(listed_controllers(), shown.controller, key == "C"))
 
     def _pushed(self, force: float) -> None:
         from rclpy.parameter import Parameter

@@ -18,7 +18,7 @@ import pytest
 from twbr_estimation.batch import CorrectedTrack, EstimateTrack
 from twbr_estimation.batch.running import run_compiled
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.filters import Filter, estimate_of, filters
+from twbr_estimation.filters import Filter, estimate_of, filters, listed_filters
 from twbr_estimation.pipeline.tilt_filter import TiltFilter
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import RESTART_GAP, CorrectedSample, TiltEstimate
@@ -269,3 +269,8 @@ def test_registry_finds_every_filter_file() -> None:
     folder = Path(str(import_module("twbr_estimation.filters").__file__)).parent
     files = {path.stem for path in folder.glob("*.py") if "\nFILTER = " in path.read_text()}
     assert files == set(filters())
+
+
+def test_historical_filters_are_there_by_name_only() -> None:
+    historical = {"alpha_beta_classic", "kalman_printed", "kalman_simplified"}
+    assert set(filters()) - set(listed_filters()) == historical | {"complementary_lagged"}

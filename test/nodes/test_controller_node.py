@@ -13,7 +13,7 @@ from std_msgs.msg import Bool, Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 
 from nodes.simulated import SimulatedTopics, upright
-from twbr_estimation.controllers import base, controllers
+from twbr_estimation.controllers import base, listed_controllers
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.messages import set_stamp
 from twbr_estimation.nodes.controller_node import ControllerNode
@@ -76,7 +76,7 @@ def test_a_tilt_without_rate_and_stamp_will_do(graph: Any) -> None:
 
 def test_controllers_switch_while_it_balances(balanced: Any) -> None:
     node, robot = balanced
-    for name in [*controllers(), "pid", *controllers()]:
+    for name in [*listed_controllers(), "pid", *listed_controllers()]:
         assert node.set_parameters([Parameter("controller", value=name)])[0].successful
         before = robot.commands[-1]
         robot.robot.push(2.0)
@@ -293,7 +293,7 @@ def test_a_controller_that_was_prepared_keeps_nobody_waiting(graph: Any) -> None
     node = controller_in(graph, prepare_all=False)
     prepare(node._chosen.current)
     derived = base._coefficients.cache_info().misses
-    for name in controllers():
+    for name in listed_controllers():
         assert node.set_parameters([Parameter("controller", value=name)])[0].successful
     assert base._coefficients.cache_info().misses == derived
 
@@ -301,4 +301,4 @@ def test_a_controller_that_was_prepared_keeps_nobody_waiting(graph: Any) -> None
 def test_the_controllers_to_choose_from_are_described(graph: Any) -> None:
     """`ros2 param describe /controller_node controller` names them."""
     descriptor = controller_in(graph, prepare_all=False).describe_parameter("controller")
-    assert descriptor.additional_constraints == f"one of: {', '.join(controllers())}"
+    assert descriptor.additional_constraints == f"one of: {', '.join(listed_controllers())}"

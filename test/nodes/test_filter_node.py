@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
-from twbr_estimation.filters.base import filter_named, filters
+from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.messages import stamp_of, tilt_of
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
@@ -52,12 +52,12 @@ def test_live_equals_offline_for_every_filter(graph: Any, sensors: Any) -> None:
     sensors.play(drive)
     graph.spin_until(lambda: min(len(tilts), len(imus), len(compared)) == COUNT)
     assert [stamp_of(message) for message in imus] == drive.imu.stamps.tolist()
-    assert list(compared[0].name) == list(filters())
+    assert list(compared[0].name) == list(listed_filters())
     chosen = offline(drive, DEFAULT_FILTER)
     np.testing.assert_allclose([message.data for message in tilts], chosen.tilt, atol=1e-12)
     angles = [tilt_of(message.orientation) for message in imus]
     np.testing.assert_allclose(angles, chosen.tilt, atol=1e-12)
-    for row, name in enumerate(filters()):
+    for row, name in enumerate(listed_filters()):
         track = offline(drive, name)
         live = np.array([(each.position[row], each.velocity[row]) for each in compared])
         np.testing.assert_allclose(live[:, 0], track.tilt, rtol=1e-9, atol=1e-9, err_msg=name)
@@ -87,7 +87,7 @@ def test_switching_under_load_loses_nothing_and_does_not_jump(graph: Any, sensor
     imus = graph.collect(Imu, "imu/data")
     graph.settle()
     # One has no past; to the other the wheels of this drive, which are made up, contradict the IMU.
-    names = [name for name in filters() if name not in ("accelerometer", "ins_odometer")]
+    names = [name for name in listed_filters() if name not in ("accelerometer", "ins_odometer")]
     drive = sensors.drive(20 * len(names))
     for index, name in enumerate(names):
         sensors.play(drive, start=20 * index, stop=20 * (index + 1))

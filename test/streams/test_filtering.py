@@ -10,7 +10,7 @@ import pytest
 
 from twbr_estimation.configuration.filter_settings import Settings
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.filters.base import filter_named, filters
+from twbr_estimation.filters.base import filter_named, filters, listed_filters
 from twbr_estimation.pipeline.tilt_filter import TiltFilter
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
@@ -45,7 +45,7 @@ def test_variance_is_the_filters_own_or_the_setting() -> None:
 
 
 def test_compare_accepts_all_and_ignores_what_is_empty_or_repeated() -> None:
-    assert FilterSettings(compare=("all",)).compared() == tuple(filters())
+    assert FilterSettings(compare=("all",)).compared() == tuple(listed_filters())
     assert FilterSettings(compare=("", "gyro", "gyro")).compared() == ("gyro",)
 
 

@@ -18,9 +18,9 @@ from ..closed_loop.trials import Standings, as_json, run_all, standings
 from ..configuration.files import read_correction, read_settings
 from ..configuration.filter_settings import Settings
 from ..configuration.presets import preset
-from ..controllers import controller_named, controllers
+from ..controllers import controller_named, controllers, listed_controllers
 from ..errors import ConfigurationError
-from ..filters import filter_named, filters
+from ..filters import filter_named, filters, listed_filters
 from ..robot import CorrectionSettings
 from ..scoring.table import write_json
 from ..simulation.worlds import WORLDS, world_named
@@ -50,8 +50,8 @@ def add_parser(subparsers: Any) -> None:
     )
     for flag, known, default in (
         ("--world", tuple(WORLDS), "paper"),
-        ("--estimator", (TRUTH, *filters()), ALL),
-        ("--controller", tuple(controllers()), DEFAULT_CONTROLLER),
+        ("--estimator", (TRUTH, *listed_filters()), ALL),
+        ("--controller", tuple(listed_controllers()), DEFAULT_CONTROLLER),
     ):
         parser.add_argument(
             flag,
@@ -120,8 +120,8 @@ def trials_of(arguments: argparse.Namespace) -> tuple[list[Trial], str]:
         ConfigurationError: an unknown name, or a number that cannot be used.
     """
     worlds = _chosen(arguments.world, tuple(WORLDS), "paper")
-    estimators = _chosen(arguments.estimator, (TRUTH, *filters()), ALL)
-    names = _chosen(arguments.controller, tuple(controllers()), DEFAULT_CONTROLLER)
+    estimators = _chosen(arguments.estimator, (TRUTH, *listed_filters()), ALL)
+    names = _chosen(arguments.controller, tuple(listed_controllers()), DEFAULT_CONTROLLER)
     for world in worlds:
         world_named(world)
     for name in estimators:

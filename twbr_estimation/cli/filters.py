@@ -6,13 +6,13 @@ import argparse
 import inspect
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from ..filters import Filter, Parameter, filters
+from ..filters import Filter, Parameter, filters, listed_filters
 
 
 def add_parser(subparsers: Any) -> None:
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(markdown_page(), end="")
         return 0
     console = Console()
-    for entry in filters().values():
+    for entry in listed_filters().values():
         _print_filter(console, entry)
     return 0
 
@@ -52,6 +52,7 @@ def description(entry: Filter) -> dict[str, Any]:
         "estimates_gyro_bias": entry.estimates_gyro_bias,
         "estimates_variance": entry.estimates_variance,
         "limits": dict(entry.limits),
+        "historical": entry.historical,
         "parameters": [_parameter(parameter) for parameter in entry.declared()],
     }
 
@@ -105,9 +106,20 @@ def _page_lines() -> Iterator[str]:
     yield "Written by `twbr filters --markdown` from the filters themselves; do not edit."
     yield "Gains belong to the period named beside them; the preset `table2` has those of others."
     yield ""
+    yield from _overview(listed_filters().values())
+    yield ""
+    yield "Historical ones are there by name, to reproduce a paper. They are not part of `all`, and"
+    yield "nodes do not declare their parameters."
+    yield ""
+    yield from _overview(entry for entry in filters().values() if entry.historical)
+    for entry in filters().values():
+        yield from _section_lines(entry)
+
+
+def _overview(entries: Iterable[Filter]) -> Iterator[str]:
     yield "| filter | what it is | source | gyro bias | variance | period |"
     yield "|---|---|---|---|---|---|"
-    for entry in filters().values():
+    for entry in entries:
         cells = (
             f"[`{entry.name}`](#{entry.name})",
             entry.title.rstrip("."),
@@ -117,8 +129,6 @@ def _page_lines() -> Iterator[str]:
             "any" if entry.tuned_dt is None else f"{1000 * entry.tuned_dt:g} ms",
         )
         yield f"| {' | '.join(cells)} |"
-    for entry in filters().values():
-        yield from _section_lines(entry)
 
 
 def _section_lines(entry: Filter) -> Iterator[str]:

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ..errors import ConfigurationError
 from ..parameters.bounds import Bounds as Bounds
-from ..parameters.declared import Parameter, collected, configured, declared
+from ..parameters.declared import Definition, collected, listed, named
 from ..robot import Robot
 
 
@@ -50,17 +49,9 @@ class MotorVoltages(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Controller:
+class Controller(Definition):
     """The complete definition of a controller; everything else is derived from it."""
 
-    name: str
-    """Name in the registry, in `controller` and in parameter prefixes (`pid.tilt_gain`)."""
-    title: str
-    """One sentence for tables."""
-    source: str
-    """Paper and equations."""
-    parameters: type[Any]
-    """Named tuple whose fields are `Annotated[float, Bounds(...)]` with defaults."""
     state: type[Any]
     """Named tuple with the fields `left` and `right`, the voltages asked for [V]."""
     reset: Callable[[ControlInput, Any], Any]
@@ -69,19 +60,6 @@ class Controller:
     """step(state, input, coefficients): the state one period later; dt is above 0."""
     derive: Callable[[Any, Robot, float], Any]
     """derive(parameters, robot, period): the coefficients, computed once; period in [s]."""
-
-    def declared(self) -> tuple[Parameter, ...]:
-        """Return the declared parameters in order."""
-        kind: Any = self.parameters
-        return declared(kind)
-
-    def configure(self, values: Mapping[str, float] | None = None) -> Any:
-        """Return validated parameters, the defaults replaced by `values`.
-
-        Raises:
-            ConfigurationError: unknown name, not a finite number, or outside its bounds.
-        """
-        return configured(f"controller {self.name}", self.parameters, values or {})
 
     def coefficients(self, parameters: Any, robot: Robot, period: float) -> Any:
         """Return what `derive` gives, from memory where it was asked before: it may take long.
@@ -103,15 +81,15 @@ def controllers() -> Mapping[str, Controller]:
     return collected(__name__.rpartition(".")[0], "CONTROLLER")
 
 
+def listed_controllers() -> Mapping[str, Controller]:
+    """Return the controllers a user chooses among: all but the historical ones."""
+    return listed(controllers())
+
+
 def controller_named(name: str) -> Controller:
     """Return the controller of that name.
 
     Raises:
         ConfigurationError: no such controller; the message lists those there are.
     """
-    try:
-        return controllers()[name]
-    except KeyError:
-        raise ConfigurationError(
-            f"there is no controller {name!r}; there are: {', '.join(controllers())}"
-        ) from None
+    return named(controllers(), name, "controller")

@@ -27,6 +27,7 @@ class Parameters(NamedTuple):
 CONTROLLER = replace(
     RIGHT,
     name="lqr_sun2014_printed",
+    historical=True,
     title="Linear-quadratic regulator of Sun 2014, gains as printed.",
     source="Sun 2014 (section V)",
     parameters=Parameters,

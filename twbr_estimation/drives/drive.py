@@ -13,7 +13,7 @@ from ..checks.finding import Finding, noteworthy
 from ..configuration.filter_settings import Settings
 from ..configuration.of_recording import with_terms
 from ..errors import ConfigurationError, RecordingError
-from ..filters import Filter, filter_named, filters
+from ..filters import Filter, filter_named, filters, listed_filters
 from ..pipeline.pairing import SampleTrack, pair
 from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
@@ -208,7 +208,7 @@ def chosen(names: Iterable[str | Filter]) -> list[Filter]:
     found: dict[str, Filter] = {}
     for each in names:
         if each == "all":
-            found.update(filters())
+            found.update(listed_filters())
             continue
         if not isinstance(each, (str, Filter)):
             raise ConfigurationError(
@@ -218,7 +218,7 @@ def chosen(names: Iterable[str | Filter]) -> list[Filter]:
         entry = filter_named(each) if isinstance(each, str) else each
         if found.setdefault(entry.name, entry) is not entry:
             raise ConfigurationError(f"`names`: two different filters have the name {entry.name}")
-    return list(found.values()) or list(filters().values())
+    return list(found.values()) or list(listed_filters().values())
 
 
 def _require_stable(correction: CorrectionSettings, dt: float) -> None:

@@ -64,6 +64,7 @@ def matrices(parameters: Parameters, dt: float) -> Matrices:
 
 FILTER = Filter(
     name="alpha_beta_classic",
+    historical=True,
     title="Classical alpha-beta filter on the angle alone.",
     source="Laddach 2022 (32)-(33)",
     parameters=Parameters,

@@ -16,10 +16,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConfigurationError
 from ..parameters.bounds import Bounds as Bounds
+from ..parameters.declared import Definition, collected, listed, named
 from ..parameters.declared import Parameter as Parameter
-from ..parameters.declared import collected, configured, declared
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
 
@@ -49,17 +48,9 @@ def _parameters_as_coefficients(parameters: Any, robot: Robot) -> Any:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Filter:
+class Filter(Definition):
     """The complete definition of a filter; everything else is derived from it."""
 
-    name: str
-    """Name in the registry, in `filter` and in parameter prefixes (`kalman.q1`)."""
-    title: str
-    """One sentence for tables and `twbr filters`."""
-    source: str
-    """Paper and equations."""
-    parameters: type[Any]
-    """Named tuple whose fields are `Annotated[float, Bounds(...)]` with defaults."""
     state: type[Any]
     """Named tuple with the fields `tilt` and `rate`; `gyro_bias`, `tilt_variance` optional."""
     reset: Callable[[TiltEstimate, CorrectedSample, Any], Any]
@@ -88,19 +79,6 @@ class Filter:
     def estimates_variance(self) -> bool:
         """Whether the state carries a variance of the tilt."""
         return "tilt_variance" in self.state._fields
-
-    def declared(self) -> tuple[Parameter, ...]:
-        """Return the declared parameters in order."""
-        kind: Any = self.parameters
-        return declared(kind)
-
-    def configure(self, values: Mapping[str, float] | None = None) -> Any:
-        """Return validated parameters, the defaults replaced by `values`.
-
-        Raises:
-            ConfigurationError: unknown name, not a finite number, or outside its bounds.
-        """
-        return configured(f"filter {self.name}", self.parameters, values or {})
 
     def warnings(self, parameters: Any, dt: float) -> tuple[str, ...]:
         """Return what a user should know about these parameters at this sampling period."""
@@ -145,15 +123,15 @@ def filters() -> Mapping[str, Filter]:
     return collected(__name__.rpartition(".")[0], "FILTER")
 
 
+def listed_filters() -> Mapping[str, Filter]:
+    """Return the filters a user chooses among: all but the historical ones."""
+    return listed(filters())
+
+
 def filter_named(name: str) -> Filter:
     """Return the filter of that name.
 
     Raises:
         ConfigurationError: no such filter; the message lists those there are.
     """
-    try:
-        return filters()[name]
-    except KeyError:
-        raise ConfigurationError(
-            f"there is no filter {name!r}; there are: {', '.join(filters())}"
-        ) from None
+    return named(filters(), name, "filter")

@@ -51,6 +51,7 @@ def step(state: State, sample: CorrectedSample, parameters: Parameters) -> State
 
 FILTER = Filter(
     name="complementary_lagged",
+    historical=True,
     title="Complementary filter on the previous sample.",
     source="Sihite 2018 (1), (36)-(37)",
     parameters=Parameters,

@@ -48,6 +48,7 @@ class Parameters(NamedTuple):
             "1 takes the terms of the squared yaw rate as printed in (46), (47) and (52), 0 as "
             "they are right.",
             tunable=False,
+            historical=True,
         ),
     ] = 0.0
 

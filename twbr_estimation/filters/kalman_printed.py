@@ -62,6 +62,7 @@ def matrices(parameters: Parameters, dt: float) -> Matrices:
 
 FILTER = Filter(
     name="kalman_printed",
+    historical=True,
     title='Kalman filter with q1 dt as printed, "Kalman" of Table 2.',
     source="Laddach 2022 (26)-(31)",
     parameters=Parameters,

@@ -63,6 +63,7 @@ def step(state: State, sample: CorrectedSample, parameters: Parameters) -> State
 
 FILTER = Filter(
     name="kalman_simplified",
+    historical=True,
     title="Simplified Kalman filter with a constant gain.",
     source="Sun 2014 (26)-(27)",
     parameters=Parameters,

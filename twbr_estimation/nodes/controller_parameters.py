@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from rclpy.node import Node
 
-from ..controllers.base import controllers
+from ..controllers.base import controller_named, listed_controllers
 from ..errors import TwbrError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Robot
@@ -109,11 +109,11 @@ def declare_controller_parameters(
         ConfigurationError: an initial value that is refused.
     """
     declared = [
-        *with_choices(declarations_of(BalanceSettings()), "controller", controllers()),
+        *with_choices(declarations_of(BalanceSettings()), "controller", listed_controllers()),
         *declarations_of(ControlSettings()),
         *declarations_of(Robot(), ROBOT),
     ]
-    for entry in controllers().values():
+    for entry in listed_controllers().values():
         declared.extend(named_declarations_of(entry))
     return NodeParameters(node, declared, _configuration, apply)
 
@@ -121,7 +121,7 @@ def declare_controller_parameters(
 def prepare(configuration: ControlConfiguration) -> None:
     """Derive every controller, so that a switch to it finds the result; may take seconds."""
     balance = configuration.balance
-    for name, entry in controllers().items():
+    for name, entry in listed_controllers().items():
         with suppress(TwbrError):  # told when it is switched to
             parameters = entry.configure(balance.parameters[name])
             entry.coefficients(parameters, balance.robot, balance.settings.period)
@@ -131,9 +131,10 @@ def _configuration(values: Mapping[str, Any]) -> ControlConfiguration:
     settings = settings_from(BalanceSettings(), values)
     robot = settings_from(Robot(), values, ROBOT)
     parameters = {
-        name: declared_values_from(entry, values)._asdict() for name, entry in controllers().items()
+        name: declared_values_from(entry, values)._asdict()
+        for name, entry in listed_controllers().items()
     }
-    entry = controllers()[settings.controller]
+    entry = controller_named(settings.controller)
     # What cannot be derived must be refused here, before anything has changed.
     entry.coefficients(entry.configure(parameters[entry.name]), robot, settings.period)
     return ControlConfiguration(

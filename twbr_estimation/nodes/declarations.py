@@ -94,6 +94,7 @@ def named_declarations_of(entry: Filter | Controller) -> tuple[Declaration, ...]
     return tuple(
         Declaration(f"{entry.name}.{each.name}", each.default, _described(each.bounds), each.bounds)
         for each in entry.declared()
+        if not each.bounds.historical
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from rclpy.node import Node
 
-from ..filters.base import filters
+from ..filters.base import listed_filters
 from ..robot import Setup
 from ..streams.filter_configuration import FilterConfiguration, FilterSettings
 from .declarations import (
@@ -36,9 +36,9 @@ def declare_filter_parameters(
     Raises:
         ConfigurationError: an initial value that is refused.
     """
-    settings = with_choices(declarations_of(FilterSettings()), "filter", filters())
+    settings = with_choices(declarations_of(FilterSettings()), "filter", listed_filters())
     declared = [*settings, *declarations_of(Setup())]
-    for entry in filters().values():
+    for entry in listed_filters().values():
         declared.extend(named_declarations_of(entry))
     return NodeParameters(node, declared, _configuration, apply)
 
@@ -46,7 +46,8 @@ def declare_filter_parameters(
 def _configuration(values: Mapping[str, Any]) -> FilterNodeConfiguration:
     setup = settings_from(Setup(), values)
     parameters = {
-        name: declared_values_from(entry, values)._asdict() for name, entry in filters().items()
+        name: declared_values_from(entry, values)._asdict()
+        for name, entry in listed_filters().items()
     }
     settings = settings_from(FilterSettings(), values)
     return FilterNodeConfiguration(FilterConfiguration(settings, parameters, setup.robot), setup)

@@ -23,6 +23,8 @@ class Bounds:
     """True where a tuner should search the logarithm; it needs a floor where `minimum` is 0."""
     tunable: bool = True
     """False where a tuner leaves the value alone: switches, initial values, common scales."""
+    historical: bool = False
+    """True for what only a reproduction sets; no node declares it."""
 
 
 @dataclass(frozen=True, slots=True)

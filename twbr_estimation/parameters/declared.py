@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from ..errors import ConfigurationError
 from .bounds import Bounds, within
@@ -20,6 +20,58 @@ class Parameter:
     name: str
     default: float
     bounds: Bounds
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Definition:
+    """What filters and controllers have in common."""
+
+    name: str
+    """Name in the registry, in `filter` or `controller`, and before parameters (`kalman.q1`)."""
+    title: str
+    """One sentence for tables."""
+    source: str
+    """Paper and equations."""
+    parameters: type[Any]
+    """Named tuple whose fields are `Annotated[float, Bounds(...)]` with defaults."""
+    historical: bool = field(default=False, kw_only=True)
+    """True for what is there by name, for reproductions, and not listed among the choices."""
+
+    def declared(self) -> tuple[Parameter, ...]:
+        """Return the declared parameters in order."""
+        kind: Any = self.parameters
+        return declared(kind)
+
+    def configure(self, values: Mapping[str, float] | None = None) -> Any:
+        """Return validated parameters, the defaults replaced by `values`.
+
+        Raises:
+            ConfigurationError: unknown name, not a finite number, or outside its bounds.
+        """
+        owner = f"{type(self).__name__.lower()} {self.name}"
+        return configured(owner, self.parameters, values or {})
+
+
+Defined = TypeVar("Defined", bound=Definition)
+
+
+def listed(entries: Mapping[str, Defined]) -> dict[str, Defined]:
+    """Return the entries that are not historical."""
+    return {name: entry for name, entry in entries.items() if not entry.historical}
+
+
+def named(entries: Mapping[str, Defined], name: str, kind: str) -> Defined:
+    """Return the entry of that name.
+
+    Raises:
+        ConfigurationError: there is none; the message lists those there are.
+    """
+    try:
+        return entries[name]
+    except KeyError:
+        raise ConfigurationError(
+            f"there is no {kind} {name!r}; there are: {', '.join(entries)}"
+        ) from None
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from ..configuration.filter_settings import DEFAULT_FILTER, Settings
 from ..errors import ConfigurationError
-from ..filters.base import filter_named, filters
+from ..filters.base import filter_named, listed_filters
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Robot
 
@@ -70,7 +70,7 @@ class FilterSettings:
     def compared(self) -> tuple[str, ...]:
         """Return the names of the filters to run beside, without repetition."""
         if ALL in self.compare:
-            return tuple(filters())
+            return tuple(listed_filters())
         return tuple(dict.fromkeys(name for name in self.compare if name))
 
 

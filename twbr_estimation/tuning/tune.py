@@ -18,7 +18,7 @@ from ..configuration.of_recording import configuration
 from ..configuration.presets import preset
 from ..drives import load
 from ..errors import ConfigurationError, RecordingError
-from ..filters import filter_named, filters
+from ..filters import filter_named, listed_filters
 from ..robot import CorrectionSettings
 from ..samples import READINGS
 from ..scoring.errors import Options
@@ -68,7 +68,7 @@ class TuningRequest:
             ConfigurationError: an unknown filter, or one without anything to tune.
         """
         if not self.names or "all" in self.names:
-            return tuple(name for name, entry in filters().items() if tunable(entry))
+            return tuple(name for name, entry in listed_filters().items() if tunable(entry))
         for name in self.names:
             if not tunable(filter_named(name)):
                 raise ConfigurationError(f"filter {name} has no parameter to tune")
