@@ -1,35 +1,39 @@
-"""VQF beside the filters of the package on the simulated rig.
+"""Estimators of other projects beside ours; the tables of docs/comparisons.md.
 
-    pip install .[peers]
-    python bench/bench_peers.py
+    pip install .[peers,physics,import]
+    python bench/bench_peers.py real DATA
+    python bench/bench_peers.py worlds
+    python bench/bench_peers.py scenes
 
-VQF (Laidig and Seel 2023) takes gyro and accelerometer, six axes, no wheel; it gets the same
-calibrated samples in body axes and the one setting that matters, its time constant. Figures are
-mean square errors against the reference encoder [deg^2], then the time for one sample [us];
-`real_recordings.py` does the same on measurements.
+Each row is the mean over its recordings of the mean square error against the reference
+[deg^2], the smallest in bold; the last row is CPU time. `twbr peers` runs the same on one
+recording. DATA holds `broad_translation` and `uiuc_mpu6050_encoder`.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import partial
+import argparse
+import math
+import sys
+from collections.abc import Iterator
+from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from real_recordings import own_tilt, vqf_tilt
+from real_recordings import BROAD, UIUC, UIUC_SKIP, broad, setup_of, uiuc
 
 from twbr_estimation.drives import Drive
-from twbr_estimation.recording import FloatArray, Recording, TiltTrack
-from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Options, score_recording
+from twbr_estimation.peers.comparison import Comparison, compare
+from twbr_estimation.peers.table import markdown
+from twbr_estimation.physics import SCENES
+from twbr_estimation.physics import simulate as simulate_scene
+from twbr_estimation.recording import Recording
+from twbr_estimation.robot import Robot, Setup
+from twbr_estimation.samples import STANDARD_GRAVITY
+from twbr_estimation.scoring.errors import Options
 from twbr_estimation.simulation import simulate
 
-TIME_CONSTANTS = (1.0, 3.0, 6.0, 12.0)
-"""tauAcc of VQF [s]."""
-OURS = ("complementary", "ins_odometer")
-RIG_SEEDS = range(601, 609)
+RECOMMENDED = Robot(gyro_range=math.radians(1000.0), accel_range=8.0 * STANDARD_GRAVITY)
+"""The ranges that a robot should have that may fall; `Robot` has those of the paper."""
 
 
 class Case(NamedTuple):
@@ -38,53 +42,57 @@ class Case(NamedTuple):
     group: str
     recording: Recording
     setup: Setup
+    skip: float = 0.0
 
 
-def cases() -> Iterator[Case]:
+def real(arguments: argparse.Namespace) -> Iterator[Case]:
+    """Yield the measurements."""
+    for trial in BROAD:
+        for axis in "yx":
+            log = broad(arguments.data, trial, axis)
+            yield Case(f"BROAD {trial[:2]}:{axis}", log.recording, setup_of(log))
+    for name in UIUC:
+        log = uiuc(arguments.data, name)
+        yield Case(f"UIUC {name.split('_')[-1]}", log.recording, setup_of(log), UIUC_SKIP)
+
+
+def worlds(arguments: argparse.Namespace) -> Iterator[Case]:
     """Yield the rig's recordings."""
     for world in ("W1", "W2", "W3", "W4"):
-        for seed in RIG_SEEDS:
-            simulated = simulate(world, 0.005, 60.0, seed)
-            yield Case(f"rig {world}, 5 ms", simulated.recording, simulated.setup)
+        for seed in range(arguments.first, arguments.first + arguments.seeds):
+            made = simulate(world, 0.005, 60.0, seed)
+            yield Case(f"rig {world}", made.recording, made.setup)
 
 
-def estimators(case: Case) -> dict[str, Callable[[], FloatArray]]:
-    """Return what to run, by name."""
-    recording, setup = case.recording, case.setup
-    fed = {
-        "": Drive(recording, setup).corrected,
-        ", no wheel": Drive(replace(recording, wheels=None), setup).corrected,
-    }
-    found: dict[str, Callable[[], FloatArray]] = {}
-    for name in OURS:
-        for suffix, corrected in fed.items():
-            found[name + suffix] = partial(own_tilt, name, {}, corrected, setup)
-    for tau in TIME_CONSTANTS:
-        found[f"VQF {tau:g} s"] = partial(vqf_tilt, fed[""], tau)
-    return found
+def scenes(arguments: argparse.Namespace) -> Iterator[Case]:
+    """Yield MuJoCo's scenes."""
+    for scene in SCENES:
+        for seed in range(arguments.first, arguments.first + arguments.seeds):
+            made = simulate_scene(scene, 0.005, 20.0, seed, world="W1", robot=RECOMMENDED)
+            yield Case(scene, made.recording, made.setup)
 
 
 def main() -> None:
-    """Print the mean error of each estimator in each group, then its time."""
-    groups: dict[str, dict[str, list[float]]] = {}
-    seconds: dict[str, list[float]] = {}
-    for case in cases():
-        stamps, tracks = case.recording.imu.stamps, {}
-        for name, run in estimators(case).items():
-            if name not in seconds:
-                run()  # compiles
-            start = time.perf_counter()
-            tracks[name] = TiltTrack(stamps, run())
-            seconds.setdefault(name, []).append((time.perf_counter() - start) / stamps.size)
-        scores = score_recording(case.recording, tracks, Options()).estimators
-        for name, score in scores.items():
-            groups.setdefault(case.group, {}).setdefault(name, []).append(score.mse_deg2)
-    names = list(seconds)
-    print(f"| | {' | '.join(names)} |\n|{'---|' * (len(names) + 1)}")
-    for group, found in groups.items():
-        cells = (f"{np.mean(found[name]):.3g}" if name in found else "" for name in names)
-        print(f"| {group} | {' | '.join(cells)} |")
-    print(f"| us a sample | {' | '.join(f'{1e6 * np.median(seconds[n]):.2f}' for n in names)} |")
+    """Print the table asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", choices=("real", "worlds", "scenes"))
+    parser.add_argument("data", nargs="?", type=Path, help="folder of the measurements")
+    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--first", type=int, default=601, help="first seed")
+    arguments = parser.parse_args()
+    if arguments.cases == "real" and arguments.data is None:
+        parser.error("real: needs DATA")
+    groups: dict[str, list[Comparison]] = {}
+    missing: dict[str, None] = {}
+    for case in {"real": real, "worlds": worlds, "scenes": scenes}[arguments.cases](arguments):
+        print(case.recording.source, file=sys.stderr, flush=True)
+        drive = Drive(case.recording, case.setup, options=Options(skip=case.skip))
+        found = compare(drive)
+        groups.setdefault(case.group, []).append(found)
+        missing |= dict.fromkeys(found.missing)
+    print(markdown(groups))
+    for text in missing:
+        print(f"\nleft out: {text}")
 
 
 if __name__ == "__main__":

@@ -10,8 +10,16 @@ import pytest
 
 from twbr_estimation.physics.engine import Engine, empty
 from twbr_estimation.physics.model import Surroundings
+from twbr_estimation.physics.performance import performed
 from twbr_estimation.physics.sensing import senses_of
-from twbr_estimation.physics.state import VELOCITY, WHEELS, moving, quaternion, rotations, tilts
+from twbr_estimation.physics.state import (
+    VELOCITY,
+    WHEEL_RATES,
+    moving,
+    quaternion,
+    rotations,
+    tilts,
+)
 from twbr_estimation.plants.laddach2022 import Loads, PlantState, advance, linearised
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Robot
@@ -91,14 +99,21 @@ def test_a_hanging_body_swings_with_the_period_of_a_pendulum(
     assert np.ptp(energy) < 0.03 * swing
 
 
-def test_wheels_roll_without_slip(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wheels_roll_without_slip_on_a_drive() -> None:
     """What the encoders count on the body is the way of the axle less the tilt."""
-    engine = engine_of(Robot(), monkeypatch)
-    rows = run(engine, 0.5, 0.4)
-    tilt, _ = tilts(rows)
-    rolled = Robot().wheel_radius * (rows[:, WHEELS].mean(axis=1) + tilt)
-    assert abs(rows[-1, 0]) > 0.01
-    np.testing.assert_allclose(rolled, rows[:, 0], atol=0.002 * abs(rows[-1, 0]))
+    robot = Robot(track_width=0.16)
+    rows, _, _ = performed("drive", robot, 1, 0.001, 8000)
+    tilt, rate = tilts(rows)
+    assert np.abs(tilt).max() < 0.5
+    attitude = rotations(rows)
+    heading = np.arctan2(-attitude[:, 0, 1], attitude[:, 1, 1])
+    speed = rows[:, 9] * np.cos(heading) + rows[:, 10] * np.sin(heading)
+    rolled = robot.wheel_radius * (rows[:, WHEEL_RATES].mean(axis=1) + rate)
+    assert np.sqrt(np.mean(speed**2)) > 0.2
+    np.testing.assert_allclose(rolled, speed, atol=0.03)
+    assert np.sum(rolled - speed) * 0.001 == pytest.approx(0.0, abs=0.005)
+    turned = (rows[-1, 8] - rows[-1, 7]) * robot.wheel_radius / robot.track_width
+    assert turned == pytest.approx(np.unwrap(heading)[-1], abs=0.03)
 
 
 def test_motors_reach_the_speed_of_their_back_emf(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,6 +42,7 @@ class Engine:
         self._link = library.mj_name2id(self._model, library.mjtObj.mjOBJ_BODY, "body")
         self._height = robot.body_height
         self._data.qpos[3:7] = quaternion(0.0, 0.0, surroundings.tilt)
+        self._moving: Moving | None = None
         self.grip: Pose | None = None
         """Where the hand holds the body; None where it does not."""
 
@@ -51,7 +52,9 @@ class Engine:
 
     def moving(self) -> Moving:
         """Return how the robot moves."""
-        return moving([*self._data.qpos.tolist(), *self._data.qvel.tolist()])
+        if self._moving is None:
+            self._moving = moving([*self._data.qpos.tolist(), *self._data.qvel.tolist()])
+        return self._moving
 
     def pose(self) -> Pose:
         """Return where the robot is."""
@@ -94,6 +97,7 @@ class Engine:
         self._data.qpos[:3] = pose[:3]
         self._data.qpos[3:7] = quaternion(*pose[3:])
         self._data.qvel[:] = 0.0
+        self._moving = None
 
     def advance(
         self, voltages: tuple[float, float], rows: FloatArray, grip: Pose | None = None
@@ -107,6 +111,7 @@ class Engine:
         """
         data, model, step = self._data, self._model, self._step
         data.ctrl[:] = voltages
+        self._moving = None
         positions, rates = rows[:, :9], rows[:, 9:]
         begin, count = self.grip, rows.shape[0]
         for i in range(count):

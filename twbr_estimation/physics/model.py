@@ -60,7 +60,7 @@ def description(robot: Robot, surroundings: Surroundings, step: float) -> str:
 <mujoco model="balancing robot">
   <compiler angle="radian"/>
   <option timestep="{step}" integrator="implicitfast" cone="elliptic" impratio="10"
-          gravity="0 0 {-STANDARD_GRAVITY}"/>
+          gravity="0 0 {-STANDARD_GRAVITY}"><flag island="disable" midphase="disable"/></option>
   <default><geom solref="{CONTACT_TIME} 1"/></default>
   <worldbody>
     <geom name="ground" type="plane" size="0 0 1" friction="{ground}" condim="4" priority="1"/>

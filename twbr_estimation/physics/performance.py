@@ -11,7 +11,10 @@ from ..simulation.disturbances import stream
 from .balance import CONTROL_PERIOD, Balance
 from .engine import Engine, empty
 from .scenes import SCENES, Scene
-from .stage import STOPPED, Order, Stage
+from .stage import STOPPED, Order, Stage, count
+
+SETTLING = 0.5
+"""Time for which the robot balances before a scene begins, so that it stands on its wheels [s]."""
 
 
 def scene_named(name: str) -> Scene:
@@ -56,6 +59,10 @@ class Performance:
             self.engine.advance(STOPPED, empty(round(scene.prelude / step)))
         self.voltage = 0.0
         """Mean of the motors in the latest period [V]."""
+        self._script = self.stage.balanced(SETTLING)
+        for _ in range(0 if scene.prelude > 0.0 else count(SETTLING)):
+            self.advance(empty(self.steps))
+        self.stage.periods = 0
         self._script = scene.script(self.stage)
 
     def advance(

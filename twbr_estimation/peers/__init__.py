@@ -1,0 +1,1 @@
+"""Estimators of other projects beside ours, on the same recordings."""
