@@ -12,6 +12,7 @@ import pytest
 
 from twbr_estimation.recording import ImuTrack, WheelTrack
 
+os.environ["TWBR_NO_BACKGROUND"] = "1"  # no process is left behind by a test
 CHECKOUT = Path(__file__).resolve().parent.parent
 
 

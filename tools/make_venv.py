@@ -86,6 +86,10 @@ def install(extras: str, ros_is_sourced: bool) -> None:
     pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--disable-pip-version-check"]
     subprocess.run([*pip, "--editable", f".[{extras}]"], check=True, cwd=ROOT)
     link_data_files()
+    print("Compiling the loops of the default filter", flush=True)
+    python = str(VENV / "bin" / "python")
+    command = [python, "-m", f"{NAME}.batch.precompile", "ins_odometer"]
+    subprocess.run(command, check=False, cwd=ROOT)  # without it the first runs are interpreted
 
 
 def link_data_files() -> None:

@@ -9,8 +9,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from rich.console import Console
+
 from ..bags import TopicNames
 from ..bags.topics import ROLES
+from ..batch.precompile import Report, compile_later, compile_missing
+from ..batch.running import COMPILE_AFTER
 from ..configuration.of_recording import TERMS
 from ..drives import Runs, load
 from ..drives.drive import chosen
@@ -187,13 +191,20 @@ class Request:
     loop_period: float = 0.0
     smooth: bool = False
 
-    def runs(self, bag: Path, reference: bool, progress: Progress = lambda share: None) -> Runs:
+    def runs(
+        self,
+        bag: Path,
+        reference: bool,
+        progress: Progress = lambda share: None,
+        compiling: Report = lambda done, total: None,
+    ) -> Runs:
         """Run the filters on one recording.
 
         Args:
             bag: the recording.
             reference: whether it must have a reference, or be smoothed.
             progress: called with the share of the smoothing that is done.
+            compiling: called with how many loops are compiled, and of how many.
 
         Raises:
             TwbrError: the recording or the configuration cannot be used.
@@ -209,7 +220,15 @@ class Request:
             options=self.options,
             required=("reference",) if reference and not self.smooth else (),
         )
+        if drive.recording.imu.stamps.size > COMPILE_AFTER:
+            compile_missing(chosen(self.names), compiling)
         return drive.run(*self.names, values=self.values, smooth=self.smooth, progress=progress)
+
+
+def finish_compiling(request: Request, console: Console) -> None:
+    """Let loops that ran interpreted be compiled for the next time, and say so."""
+    if compile_later(chosen(request.names)):
+        console.print("the filters are compiled in the background for the next run", style="dim")
 
 
 def add_comparison(parser: argparse.ArgumentParser) -> None:

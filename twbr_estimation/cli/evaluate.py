@@ -17,7 +17,7 @@ from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
 from ..scoring.errors import RecordingScore
 from ..scoring.table import print_scores, write_scores
-from .arguments import Request, add_request, in_flags, request_of
+from .arguments import Request, add_request, finish_compiling, in_flags, request_of
 
 
 def add_parser(subparsers: Any) -> None:
@@ -52,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     if target is not None:
         save_with_reference(target, runs[0], arguments.bags[0])
         console.print(f"wrote {escape(str(target))}", soft_wrap=True)
+    finish_compiling(request, Console(stderr=True))
     return 0
 
 
@@ -77,13 +78,15 @@ def _evaluated(bags: Sequence[Path], request: Request) -> list[Runs]:
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("evaluating", total=len(bags))
         for count, bag in enumerate(bags):
-            progress.update(
-                task, description=f"evaluating {escape(str(bag))} (the first run compiles)"
-            )
+            progress.update(task, description=f"evaluating {escape(str(bag))}")
 
             def smoothed(share: float, done: int = count) -> None:
                 progress.update(task, completed=done + share)
 
-            runs.append(request.runs(bag, reference=True, progress=smoothed))
+            def compiled(loops: int, total: int, bag: Path = bag) -> None:
+                said = f"compiling {loops} of {total} filters" if loops < total else "evaluating"
+                progress.update(task, description=f"{said} {escape(str(bag))}")
+
+            runs.append(request.runs(bag, reference=True, progress=smoothed, compiling=compiled))
             progress.update(task, completed=count + 1)
     return runs

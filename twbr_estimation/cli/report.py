@@ -19,7 +19,7 @@ from ..report.data import collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
 from ..report.traces import styles_of, traces_of
-from .arguments import add_request, request_of
+from .arguments import add_request, finish_compiling, request_of
 
 PAGE = "report.html"
 
@@ -63,6 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
             traces = traces_of(report, styles_of(reports))
             tilt_picture(traces, report.runs.recording.source, picture)
             progress.advance(task)
+    finish_compiling(request, console)
     for path in (page, *pictures):
         size = path.stat().st_size / 1e6
         print(f"{path} ({size:.1f} MB)")

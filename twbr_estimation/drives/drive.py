@@ -153,7 +153,7 @@ class Drive:
             RecordingError: fewer than two samples are to be smoothed.
         """
         entries = chosen(names)
-        given = self.values_of(entries, values or {})
+        given = self.values_of(entries, {} if values is None else values)
         for name in self.recording.estimators:
             if name in given:
                 raise ConfigurationError(f"estimator {name}: this is a filter's name; take another")
@@ -185,8 +185,11 @@ class Drive:
         """Return the values in force by filter: those of the settings, then `values`.
 
         Raises:
-            ConfigurationError: `values` names a filter that does not run.
+            ConfigurationError: it is no such mapping, or names a filter that does not run.
         """
+        _require_mapping("", values)
+        for name, each in values.items():
+            _require_mapping(f"{name}: ", each)
         found = {
             entry.name: {**self.settings.values.get(entry.name, {}), **values.get(entry.name, {})}
             for entry in entries
@@ -197,6 +200,13 @@ class Drive:
                 said = "has values but does not run; name it, too" if known else "is no filter"
                 raise ConfigurationError(f"`values`: {name} {said}")
         return found
+
+
+def _require_mapping(owner: str, values: object) -> None:
+    if not isinstance(values, Mapping):
+        raise ConfigurationError(
+            f"`values`: {owner}{values!r} is no mapping of parameters to numbers by filter name"
+        )
 
 
 def chosen(names: Iterable[str | Filter]) -> list[Filter]:

@@ -37,7 +37,13 @@ class Estimator:
             ConfigurationError: an unknown filter or parameter, or a value out of bounds.
         """
         entry = filter_named(filter) if isinstance(filter, str) else filter
-        setup = robot if isinstance(robot, Setup) else Setup(robot or Robot())
+        if not isinstance(entry, Filter):
+            raise ConfigurationError(f"`filter`: {filter!r} is neither a name nor a Filter")
+        setup = Setup() if robot is None else robot
+        if isinstance(setup, Robot):
+            setup = Setup(setup)
+        if not isinstance(setup, Setup):
+            raise ConfigurationError(f"`robot`: {robot!r} is neither a Robot nor a Setup")
         self._corrector = Corrector(setup)
         self._filter = TiltFilter(entry, values, setup.robot)
 
@@ -87,9 +93,12 @@ class Estimator:
 
 
 def _positive(argument: str, value: float) -> float:
-    (number,) = _numbers(argument, (value,), (1,))
-    if number <= 0.0:
-        raise ConfigurationError(f"`{argument}`: {number:g} is not above 0")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not 0.0 < number < math.inf:
+        raise ConfigurationError(f"`{argument}`: {value!r} is no time above 0 s")
     return number
 
 

@@ -1,0 +1,158 @@
+"""Loops compiled ahead of use: `python -m twbr_estimation.batch.precompile [FILTER ...]`.
+
+Compiles the correction's loop and those of the filters named, or of all, in as many processes
+as there are cores, and leaves them in the cache on disk. Loops that are there are left alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from multiprocessing import TimeoutError as LateError
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import TwbrError, WorkerError
+from ..filters.base import Filter, filter_named, filters
+from ..pipeline.pairing import SampleTrack
+from ..processes import interrupts_held
+from ..robot import Robot, Setup
+from ..samples import Sample
+from .kernels import correction_kernel, filter_kernel, is_ours
+from .running import correct, correct_compiled, run_compiled
+
+CORRECTION = "correction"
+"""Name of the correction's loop among those of the filters."""
+SLOWEST_FIRST = ("ins_odometer", "dynamic_calibrating", "dynamic_yaw", "dynamic_planar", CORRECTION)
+LONGEST = 600.0
+"""Time that one loop may take to compile [s]."""
+NO_BACKGROUND = "TWBR_NO_BACKGROUND"
+"""Environment variable that keeps `compile_later` from starting a process."""
+
+Report = Callable[[int, int], None]
+"""Takes how many loops are compiled, and of how many."""
+
+
+def missing(entries: Iterable[Filter]) -> list[str]:
+    """Return the loops these filters need that a cache could hold and does not, slowest first."""
+    from ..compilation import is_ready
+
+    needed = {CORRECTION: correction_kernel()}
+    needed.update((entry.name, filter_kernel(entry)) for entry in entries if is_ours(entry))
+    names = [
+        name for name, kernel in needed.items() if kernel.stats.cache_path and not is_ready(kernel)
+    ]
+    order = {name: place for place, name in enumerate(SLOWEST_FIRST)}
+    return sorted(names, key=lambda name: order.get(name, len(order)))
+
+
+def compile_loop(name: str) -> None:
+    """Compile one loop by running it over two samples; it stays in the cache on disk."""
+    columns = np.full((len(Sample._fields), 2), 0.1)
+    samples = SampleTrack(np.array([0, 100_000_000], dtype=np.int64), columns)
+    if name == CORRECTION:
+        correct_compiled(samples, Setup())
+        return
+    entry = filter_named(name)
+    run_compiled(entry, entry.configure(), correct(samples, Setup()), Robot(), None)
+
+
+def compile_missing(entries: Iterable[Filter], report: Report = lambda done, total: None) -> None:
+    """Compile the loops that these filters need and the cache does not hold, on all cores.
+
+    Args:
+        entries: the filters; those of a user are left out.
+        report: called after each loop.
+
+    Raises:
+        WorkerError: a process died.
+    """
+    names = missing(entries)
+    if not names:
+        return
+    with interrupts_held():
+        pool = get_context("spawn").Pool(min(os.cpu_count() or 1, len(names)))
+    with pool:
+        compiled = pool.imap_unordered(compile_loop, names)
+        for done in range(len(names)):
+            report(done, len(names))
+            try:
+                compiled.next(LONGEST)
+            except LateError:
+                raise WorkerError(f"compiling: no loop was done within {LONGEST:g} s") from None
+    report(len(names), len(names))
+
+
+def compile_later(entries: Iterable[Filter]) -> bool:
+    """Start a process of low priority that compiles what is missing, and return whether it is.
+
+    It outlives this one. Only one of its kind runs at a time.
+    """
+    if os.environ.get(NO_BACKGROUND):
+        return False
+    names = missing(entries)
+    if names:
+        subprocess.Popen(
+            [sys.executable, "-m", __spec__.name, "--background", *names],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    return bool(names)
+
+
+@contextmanager
+def _alone(wait: bool) -> Iterator[None]:
+    """Hold the lock of the cache's folder.
+
+    Raises:
+        BlockingIOError: another process holds it, and `wait` is not set.
+    """
+    folder = correction_kernel().stats.cache_path
+    if folder is None:
+        yield
+        return
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    with (Path(folder) / "compiling.lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        yield
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compile and show how far it is; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[2])
+    parser.add_argument("names", nargs="*", metavar="FILTER", help="default: all")
+    parser.add_argument("--background", action="store_true", help=argparse.SUPPRESS)
+    chosen = parser.parse_args(arguments)
+    if chosen.background:
+        os.nice(10)
+    names = [name for name in chosen.names if name != CORRECTION]
+
+    def report(done: int, total: int) -> None:
+        print(f"\rcompiling: {done} of {total} loops", end="", file=sys.stderr, flush=True)
+
+    try:
+        entries = [filter_named(name) for name in names] if chosen.names else filters().values()
+        with _alone(wait=not chosen.background):
+            compile_missing(entries, report)
+    except BlockingIOError:
+        return 0
+    except TwbrError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    print(file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
