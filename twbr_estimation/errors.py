@@ -37,3 +37,7 @@ class CalibrationError(TwbrError):
 
 class WorkerError(TwbrError):
     """Workers of a computation that died, cannot be reached, or were told to stop."""
+
+
+class WritingError(TwbrError):
+    """A file or folder that cannot be written; what was there before is unchanged."""

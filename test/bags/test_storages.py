@@ -209,12 +209,12 @@ def test_chunks_without_wanted_topics_are_not_even_decompressed(
     write_recording(tmp_path / "ours", recording, [images])
     unpacked = []
 
-    def counted(compression: str, data: bytes) -> bytes:
+    def counted(compression: str, data: bytes, size: int, whole: bool) -> bytes:
         unpacked.append(len(data))
-        return decompress(compression, data)
+        return decompress(compression, data, size, whole)
 
-    decompress = mcap_storage._decompress
-    monkeypatch.setattr(mcap_storage, "_decompress", counted)
+    decompress = mcap_storage.unpacked
+    monkeypatch.setattr(mcap_storage, "unpacked", counted)
     copy_with_mcap(tmp_path / "ours", tmp_path / "copy.mcap")
     assert_same(read_recording(tmp_path / "copy.mcap", estimators=DMP), recording)
     with (tmp_path / "copy.mcap").open("rb") as file:

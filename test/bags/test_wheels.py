@@ -55,12 +55,24 @@ def test_wheels_that_never_share_a_message_leave_one_wheel(tmp_path: Path) -> No
     assert recording.repairs == {f"/joint_states: {why}": 10}
 
 
-def test_a_joint_without_positions_is_told_from_one_that_is_absent(tmp_path: Path) -> None:
-    path = write(tmp_path / "bag", [(["left_wheel_joint", "right_wheel_joint"], [], [1.0, 1.0])])
-    with pytest.raises(RecordingError, match="gives no position of left_wheel_joint, right"):
+def test_a_joint_without_readings_is_told_from_one_that_is_absent(tmp_path: Path) -> None:
+    path = write(tmp_path / "bag", [(["left_wheel_joint", "right_wheel_joint"], [], [])])
+    with pytest.raises(RecordingError, match="neither position nor velocity of left"):
         read_recording(path)
     with pytest.raises(RecordingError, match=r"has no joint a or b.*left_wheel_joint"):
         read_recording(path, TopicNames(wheel_joints=("a", "b")))
+
+
+def test_velocities_alone_are_integrated_and_said(tmp_path: Path) -> None:
+    names = ("left_wheel_joint", "right_wheel_joint")
+    speed = [3.0 * np.sin(0.02 * i) for i in range(400)]
+    path = write(tmp_path / "bag", [(names, [], [each, -each]) for each in speed])
+    recording = read_recording(path)
+    assert recording.wheels is not None
+    exact = 3.0 / 2.0 * (1.0 - np.cos(0.02 * np.arange(400)))
+    np.testing.assert_allclose(recording.wheels.angle[:, 0], exact, atol=1e-3 * 1.5)
+    np.testing.assert_array_equal(recording.wheels.angle[:, 1], -recording.wheels.angle[:, 0])
+    assert recording.repairs == {"/joint_states: wheel angles integrated from velocities": 400}
 
 
 @pytest.mark.parametrize("joints", [("a", "b", "c"), ("a", "a"), ("",), ()])

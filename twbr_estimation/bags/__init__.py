@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from .finding import recordings_below
 from .reading import read_recording
-from .storage import recordings_below
 from .topics import TopicNames
 from .writing import BagTopic, write_recording
 

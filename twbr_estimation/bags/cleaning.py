@@ -1,6 +1,7 @@
 """Repairs of one topic's messages, each counted; what comes out increases in time.
 
-Messages are first put into the order in which they were recorded. Then
+Messages are first put into the order in which they were recorded: by the bag's times, or, where
+their own stamps rise better so (the recorder's clock was set back), as they lie in the file. Then
 * stamps of zero are dropped, except a first one that the next follows within a second;
 * a lone stamp more than a second off both neighbours is dropped;
 * of messages equal in stamp and content the first is kept;
@@ -15,7 +16,7 @@ Messages are first put into the order in which they were recorded. Then
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -35,7 +36,12 @@ GAP_PERIODS = 5.0
 REPEATED = "messages with a repeated stamp dropped"
 _SHORTEST_PASS = 5  # messages; fewer are late ones
 
+_LATEST = 1 << 62
+"""Stamps beyond this [ns], in the year 2116, are damage."""
+
 Repairs = Counter[str]
+Required = slice | Sequence[int]
+"""Which columns must be finite and sane."""
 
 
 @dataclass(slots=True)
@@ -45,17 +51,19 @@ class Cleaner:
     topic: str
     repairs: Repairs
 
-    def clean(self, columns: Columns, required: slice) -> Columns:
+    def clean(self, columns: Columns, required: Required) -> Columns:
         """Return the repaired messages; the `required` columns are finite.
 
         Raises:
             RecordingError: every stamp is zero.
         """
-        columns = _chosen(columns, np.argsort(columns.bag_times, kind="stable"))
+        columns = _in_recorded_order(columns)
         finite = np.all(np.isfinite(columns.values[:, required]), axis=1)
         columns = self.keep(columns, finite, "messages with NaN or infinity dropped")
         sane = np.all(np.abs(columns.values[:, required]) < ABSURD, axis=1)
         columns = self.keep(columns, sane, f"messages with a number beyond {ABSURD:g} dropped")
+        possible = np.abs(columns.stamps) < _LATEST
+        columns = self.keep(columns, possible, "messages with an impossible stamp dropped")
         columns = self._one_frame(columns)
         columns = self._stamped(columns)
         columns = self._one_pass(columns)
@@ -132,6 +140,18 @@ class Cleaner:
             f"gaps longer than {limit * 1e-9:.3g} s left as they are",
             int(np.count_nonzero(periods > limit)),
         )
+
+
+def _in_recorded_order(columns: Columns) -> Columns:
+    order = np.argsort(columns.bag_times, kind="stable")
+    if np.array_equal(order, np.arange(order.size)):
+        return columns
+    sorted_ = _chosen(columns, order)
+    return columns if _falls(columns.stamps) < _falls(sorted_.stamps) else sorted_
+
+
+def _falls(stamps: NDArray[np.int64]) -> int:
+    return int(np.count_nonzero(np.diff(stamps) < 0))
 
 
 def _lone(stamps: NDArray[np.int64]) -> NDArray[np.bool_]:

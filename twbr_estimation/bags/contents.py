@@ -11,10 +11,12 @@ import numpy as np
 
 from ..errors import RecordingError
 from .columns import Columns, decode_float64, decode_float64_array, decode_imu, decode_temperature
+from .finding import bag_files
 from .joint_states import decode_joint_state
 from .message_batch import MessageBatch
-from .storage import bag_files, opened
+from .storage import opened
 from .topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE, TEMPERATURE
+from .unpacking import Allowance
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +28,8 @@ class Request:
     """Message types it may have."""
     joints: tuple[str, ...] = ()
     """Joints wanted of a JointState."""
+    velocities: bool = False
+    """Whether messages that give the joints' velocities alone count, too."""
 
 
 @dataclass(slots=True)
@@ -48,13 +52,15 @@ def read_contents(path: Path, requests: Collection[Request]) -> Contents:
     contents = Contents()
     parts: dict[Request, list[Columns]] = defaultdict(list)
     wanted = frozenset(request.topic for request in requests)
-    for file in bag_files(path):
-        with opened(file) as storage:
+    files, remarks = bag_files(path)
+    contents.repairs.update(remarks)
+    for file in files:
+        with opened(file) as (storage, allowance):
             for topic, batch in storage.batches(wanted):
                 for request in requests:
                     if request.topic == topic:
                         kind = storage.types[topic]
-                        parts[request].append(_decoded(path, request, kind, batch))
+                        parts[request].append(_decoded(path, request, kind, batch, allowance))
             contents.types.update(storage.types)
             for repair, number in storage.repairs.items():
                 contents.repairs[f"{file.name}: {repair}"] += number
@@ -62,16 +68,21 @@ def read_contents(path: Path, requests: Collection[Request]) -> Contents:
     return contents
 
 
-def _decoded(path: Path, request: Request, kind: str, batch: MessageBatch) -> Columns:
+def _decoded(
+    path: Path, request: Request, kind: str, batch: MessageBatch, allowance: Allowance
+) -> Columns:
     if kind not in request.types:
         raise RecordingError(
             f"{path}: {request.topic} is a {kind}; needed is {' or '.join(request.types)}"
         )
-    batch = batch.decompressed()
+    batch, damaged = batch.decompressed(allowance)
     try:
         if kind == JOINT_STATE:
-            return decode_joint_state(batch, request.joints)
-        return _DECODERS[kind](batch)
+            columns = decode_joint_state(batch, request.joints, request.velocities)
+        else:
+            columns = _DECODERS[kind](batch)
+        columns.broken += damaged
+        return columns
     except RecordingError as error:
         raise RecordingError(f"{path}: {request.topic}: {error}") from error
 

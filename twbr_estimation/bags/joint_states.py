@@ -31,15 +31,20 @@ class JointLayout:
     velocity_count: int
 
 
-def decode_joint_state(batch: MessageBatch, joints: tuple[str, ...]) -> Columns:
+def decode_joint_state(
+    batch: MessageBatch, joints: tuple[str, ...], velocities: bool = False
+) -> Columns:
     """Return positions, then velocities, of these joints; NaN where a message lacks one.
+
+    With `velocities`, messages that give a velocity but no position of a joint count as well.
 
     Messages with none of the joints are left out: other publishers may share the topic.
     Messages that are too short are counted as broken.
     """
     whole, order = readable(batch, 16)
     size = whole.offsets.size
-    columns = _Filling(whole, order, joints, np.full((size, 2 * len(joints)), np.nan))
+    empty = np.full((size, 2 * len(joints)), np.nan)
+    columns = _Filling(whole, order, joints, empty, velocities)
     columns.broken = batch.offsets.size - size
     pending = np.ones(size, dtype=bool)
     while pending.any():
@@ -64,8 +69,10 @@ class _Filling:
         order: str,
         joints: tuple[str, ...],
         values: NDArray[np.float64],
+        velocities: bool,
     ) -> None:
         self.batch, self.order, self.joints, self.values = batch, order, joints, values
+        self.velocities = velocities
         self.found = np.zeros(len(values), dtype=bool)
         self.frames = np.full(len(values), "", dtype=object)
         self.names: set[str] = set()
@@ -102,12 +109,15 @@ class _Filling:
         starts = self.batch.offsets[same]
         double = f"{self.order}f8"
         for column, joint in enumerate(self.joints):
-            if joint not in layout.names[: layout.position_count]:
+            if joint not in layout.names:
                 continue
             place = layout.names.index(joint)
-            self.found[same] = True
-            self.values[same, column] = self.batch.at(starts + layout.positions + 8 * place, double)
+            if place < layout.position_count:
+                self.found[same] = True
+                position = self.batch.at(starts + layout.positions + 8 * place, double)
+                self.values[same, column] = position
             if place < layout.velocity_count:
+                self.found[same] |= self.velocities
                 velocity = self.batch.at(starts + layout.velocities + 8 * place, double)
                 self.values[same, column + len(self.joints)] = velocity
 
@@ -128,7 +138,7 @@ def joint_layout(message: bytes, order: str) -> JointLayout | None:
         position_count, positions = _doubles(message, at, order)
         velocity_count, velocities = _doubles(message, positions + 8 * position_count, order)
         _doubles(message, velocities + 8 * velocity_count, order)
-    except (struct.error, UnicodeDecodeError):
+    except (struct.error, UnicodeDecodeError, OverflowError):
         return None
     prefix = message[12:positions]
     return JointLayout(

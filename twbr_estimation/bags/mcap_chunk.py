@@ -1,7 +1,7 @@
 """Find the messages inside a buffer of MCAP records.
 
-The message index says where they lie; whatever it does not cover is walked record by
-record, so an absent or incomplete index costs time, never messages.
+The message index gives where they lie; whatever it does not cover is walked record by
+record, so an absent, incomplete or wrong index costs time, never messages.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ class Found:
         self._starts: list[int] = []
         self.indexed: IntArray = np.empty(0, dtype=np.int64)
         """Starts that a message index gave."""
+        self.ends_early = False
+        """Whether the records' lengths do not add up to the buffer's."""
 
     def add(self, data: ByteArray, start: int, stop: int) -> None:
         """Note one message record from `start`; one that is cut off before `stop` is not."""
@@ -55,6 +57,8 @@ def messages_in(
 ) -> Found:
     """Return the messages of one decompressed chunk.
 
+    Where the index and the records' own lengths contradict each other, the lengths rule.
+
     Args:
         data: The chunk's records.
         index: Contents of the message index records that belong to the chunk.
@@ -64,12 +68,16 @@ def messages_in(
     starts = _indexed_starts(data, index)
     view = MessageBatch(data, starts, starts, starts)
     stops = starts + RECORD_HEAD + view.at(starts + 1, "<u8").astype(np.int64)
-    if np.any(stops > np.append(starts[1:], data.size)[: stops.size]):
-        starts = stops = starts[:0]
-    found.indexed = starts
     lows, highs = np.insert(stops, 0, 0), np.append(starts, data.size)
-    for gap in np.flatnonzero(highs > lows).tolist():
-        _walk(data, int(lows[gap]), int(highs[gap]), found, define)
+    tiled = bool(np.all(lows <= highs))
+    gaps = np.flatnonzero(highs > lows).tolist() if tiled else []
+    found.indexed = starts
+    for gap in gaps:
+        low, high = int(lows[gap]), int(highs[gap])
+        tiled &= _walk(data, low, high, found, define) == high
+    if not tiled:
+        found = Found()
+        found.ends_early = _walk(data, 0, data.size, found, define) != data.size
     return found
 
 
@@ -96,7 +104,8 @@ def _indexed_starts(data: ByteArray, index: Sequence[memoryview]) -> IntArray:
 
 def _walk(
     data: ByteArray, at: int, stop: int, found: Found, define: Callable[[int, bytes], None]
-) -> None:
+) -> int:
+    """Note the records from `at` on; return where the last one ends by its own length."""
     raw = data.data
     while at + RECORD_HEAD <= stop:
         opcode, length = struct.unpack_from("<BQ", raw, at)
@@ -105,4 +114,7 @@ def _walk(
             found.add(data, at, stop)
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL) and end <= stop:
             define(opcode, data[at + RECORD_HEAD : end].tobytes())
+        elif opcode == 0:
+            break
         at = end
+    return int(at)

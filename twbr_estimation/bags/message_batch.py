@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import zstandard
 from numpy.typing import DTypeLike, NDArray
+
+from .unpacking import Allowance, DamagedError, unpacked_message
 
 IntArray = NDArray[np.int64]
 
@@ -46,14 +47,26 @@ class MessageBatch:
             self.data, self.offsets[chosen], self.sizes[chosen], self.bag_times[chosen]
         )
 
-    def decompressed(self) -> MessageBatch:
-        """Undo rosbag2's compression of single messages, recognised by zstd's magic number."""
-        if not self.offsets.size or int(self.sizes.min()) < 4:
-            return self
-        if not np.all(self.at(self.offsets, "<u4") == ZSTD_MAGIC):
-            return self
-        plain = [zstandard.decompress(self.message(i)) for i in range(self.offsets.size)]
-        return joined(plain, self.bag_times)
+    def decompressed(self, allowance: Allowance) -> tuple[MessageBatch, int]:
+        """Undo rosbag2's compression of single messages, recognised by zstd's magic number.
+
+        Returns:
+            The plain messages, and how many were left out as damaged.
+
+        Raises:
+            RecordingError: they unpack to more than the allowance.
+        """
+        packed = self.sizes >= 4
+        packed[packed] = self.at(self.offsets[packed], "<u4") == ZSTD_MAGIC
+        if 2 * np.count_nonzero(packed) <= packed.size:
+            return self, 0
+        plain: list[bytes] = []
+        for index in np.flatnonzero(packed).tolist():
+            try:
+                plain.append(unpacked_message(self.message(index), allowance))
+            except DamagedError:
+                packed[index] = False
+        return joined(plain, self.bag_times[packed]), packed.size - len(plain)
 
 
 def joined(messages: Sequence[bytes], bag_times: IntArray) -> MessageBatch:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
+from .finding import bag_files
 from .message_batch import IntArray, MessageBatch
-from .storage import bag_files, opened
+from .storage import Storage, opened
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +61,19 @@ def read_playback(path: Path, without: frozenset[str] = frozenset()) -> Playback
     repairs: Counter[str] = Counter()
     topics: list[str] = []
     batches: list[MessageBatch] = []
-    for file in bag_files(path):
-        with opened(file) as storage:
+    files, remarks = bag_files(path)
+    repairs.update(remarks)
+    for file in files:
+        with opened(file) as (storage, allowance):
             for _ in storage.batches(frozenset()):  # makes the types known
                 pass
             storage.repairs.clear()
-            for topic, batch in storage.batches(frozenset(storage.types) - without):
+            for topic, batch in storage.batches(_playable(storage, repairs) - without):
+                plain, damaged = batch.decompressed(allowance)
+                if damaged:
+                    repairs[f"{topic}: damaged messages dropped"] += damaged
                 topics.append(topic)
-                batches.append(batch.decompressed())
+                batches.append(plain)
                 types[topic] = storage.types[topic]
             repairs.update(storage.repairs)
     if not batches:
@@ -79,3 +85,11 @@ def read_playback(path: Path, without: frozenset[str] = frozenset()) -> Playback
     order = np.argsort(times, kind="stable")
     places = np.column_stack([owner, place])[order]
     return Playback(types, times[order], repairs, tuple(topics), tuple(batches), places)
+
+
+def _playable(storage: Storage, repairs: Counter[str]) -> frozenset[str]:
+    """Return the topics whose messages ROS can be given as they are; the others are counted."""
+    for topic, encoding in storage.encodings.items():
+        if encoding != "cdr":
+            repairs[f"{topic}: left out, as it is encoded as {encoding!r}, not 'cdr'"] += 1
+    return frozenset(topic for topic in storage.types if storage.encodings[topic] == "cdr")

@@ -20,7 +20,7 @@ from ..recording import (
     WheelTrack,
 )
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
-from .cleaning import Cleaner
+from .cleaning import Cleaner, Required
 from .columns import (
     ACCEL,
     ACCEL_COVARIANCE,
@@ -41,6 +41,7 @@ from .topics import (
     TopicNames,
     absolute,
 )
+from .wheel_tracks import repaired_wheels, wheel_columns
 
 _UNIT_TOLERANCE = 0.1
 """How far the length of a quaternion may be from 1; two decimals keep it within 0.01."""
@@ -118,38 +119,19 @@ class _Reader:
         for covariance, what in ((GYRO_COVARIANCE, "rate"), (ACCEL_COVARIANCE, "acceleration")):
             reported = columns.values[:, covariance] != UNREPORTED
             columns = cleaner.keep(columns, reported, f"messages that report no {what} dropped")
-        columns = self._clean(topic, columns, slice(GYRO.start, ACCEL.stop), total)
+        readings = (*range(GYRO.start, GYRO.stop), *range(ACCEL.start, ACCEL.stop))
+        columns = self._clean(topic, columns, readings, total)
         frame = str(columns.frames[0]) or "imu_link"
         return ImuTrack(columns.stamps, columns.values[:, GYRO], columns.values[:, ACCEL], frame)
 
     def _wheels(self) -> WheelTrack | None:
-        topic, joints = self.names.joint_states, self.names.wheel_joints
         columns = self._columns("joint_states")
         if columns is None:
             return None
-        present = ~np.all(np.isnan(columns.values[:, : len(joints) + 1]), axis=0)
-        chosen = np.flatnonzero(present[:-1])
-        if not chosen.size:
-            chosen = np.flatnonzero(present)
-        elif chosen.size < len(joints):
-            missing = ", ".join(joints[i] for i in np.flatnonzero(~present[:-1]))
-            self.repairs[f"{topic}: messages without {missing}; the other wheel used alone"] += (
-                columns.stamps.size
-            )
-        columns.values = columns.values[:, chosen]
-        if chosen.size > 1 and not np.any(np.all(np.isfinite(columns.values), axis=1)):
-            columns = self._one_wheel(columns, joints)
+        topic = self.names.joint_states
+        columns = wheel_columns(topic, columns, self.names.wheel_joints, self.repairs)
         columns = self._clean(topic, columns, slice(None))
-        return WheelTrack(columns.stamps, columns.values)
-
-    def _one_wheel(self, columns: Columns, joints: tuple[str, ...]) -> Columns:
-        """Keep one wheel of two that never share a message: which belong together is unknown."""
-        cleaner = Cleaner(self.names.joint_states, self.repairs)
-        first = np.isfinite(columns.values[:, 0])
-        why = f"messages without {joints[0]} dropped; no message holds both wheels"
-        columns = cleaner.keep(columns, first, why)
-        columns.values = columns.values[:, :1]
-        return columns
+        return repaired_wheels(topic, WheelTrack(columns.stamps, columns.values), self.repairs)
 
     def _tilt(self, role: str) -> TiltTrack | None:
         columns = self._columns(role)
@@ -231,8 +213,8 @@ class _Reader:
         if request.joints and columns.names and not columns.stamps.size:
             if silent := [joint for joint in request.joints if joint in columns.names]:
                 raise RecordingError(
-                    f"{self.path}: {request.topic} gives no position of {', '.join(silent)}; "
-                    "positions are needed, velocities are not enough"
+                    f"{self.path}: {request.topic} gives neither position nor velocity of "
+                    f"{', '.join(silent)}"
                 )
             raise RecordingError(
                 f"{self.path}: {request.topic} has no joint {' or '.join(request.joints)}; it has "
@@ -243,15 +225,19 @@ class _Reader:
     def _missing(self, argument: str, topic: str) -> RecordingError:
         types = self.contents.types
         if topic in types:
-            return RecordingError(f"{self.path}: {topic} holds no messages")
+            return RecordingError(f"{self.path}: {topic} holds no messages{self._damage()}")
         there = "".join(f"\n  {name} [{kind}]" for name, kind in sorted(types.items()))
         return RecordingError(
             f"{self.path}: there is no topic {topic!r} (name the right one with {argument}); "
-            + (f"there are:{there}" if there else "there are no topics at all")
+            + (f"there are:{there}" if there else f"there are no topics at all{self._damage()}")
         )
 
+    def _damage(self) -> str:
+        """Return what could not be read, for the message of a recording without content."""
+        return "".join(f"; {what}: {number}" for what, number in self.repairs.items())
+
     def _clean(
-        self, topic: str, columns: Columns, required: slice, total: int | None = None
+        self, topic: str, columns: Columns, required: Required, total: int | None = None
     ) -> Columns:
         """Return the repaired messages; `total` were there before earlier repairs."""
         cleaner = Cleaner(topic, self.repairs)
@@ -300,7 +286,7 @@ def _role_requests(names: TopicNames) -> dict[str, Request]:
     tilt = (names.reference_joint,)
     requests = {
         "imu": Request(names.imu, (IMU,)),
-        "joint_states": Request(names.joint_states, (JOINT_STATE,), wheels),
+        "joint_states": Request(names.joint_states, (JOINT_STATE,), wheels, velocities=True),
         "reference": Request(names.reference, _TILT_TYPES, tilt),
         "truth": Request(names.truth, _TILT_TYPES, tilt),
         "temperature": Request(names.temperature, (TEMPERATURE,)),

@@ -11,6 +11,9 @@ import numpy as np
 
 from ..errors import RecordingError
 from .message_batch import MessageBatch, joined
+from .ros1_limits import require_bounded
+from .topics import absolute
+from .unpacking import Allowance
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
@@ -25,9 +28,10 @@ _ROWS = 16384
 class Ros1Storage:
     """One .bag file; see `Storage`."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, allowance: Allowance) -> None:
+        self.path, self._allowance = path, allowance
         self.types: dict[str, str] = {}
+        self.encodings: dict[str, str] = {}
         self.repairs: Counter[str] = Counter()
 
     def batches(self, wanted: frozenset[str]) -> Iterator[tuple[str, MessageBatch]]:
@@ -36,17 +40,21 @@ class Ros1Storage:
         from rosbags.rosbag1 import Reader
         from rosbags.typesys import Stores, get_typestore
 
+        require_bounded(self.path, self._allowance)
         typestore = get_typestore(Stores.ROS2_JAZZY)
         try:
             with Reader(self.path) as bag:
-                self.types = {entry.topic: entry.msgtype for entry in bag.connections}
+                self.types = {absolute(entry.topic): entry.msgtype for entry in bag.connections}
+                self.encodings = dict.fromkeys(self.types, "cdr")
                 for topic in sorted(wanted & self.types.keys()):
                     kind = self.types[topic]
                     if kind not in typestore.types:
                         continue
-                    entries = [entry for entry in bag.connections if entry.topic == topic]
+                    entries = [each for each in bag.connections if absolute(each.topic) == topic]
                     for batch in _batches(self._messages(bag, entries, typestore, topic)):
                         yield topic, batch
+        except RecordingError:
+            raise
         except Exception as error:  # a damaged bag makes the reader fail in any way
             raise RecordingError(
                 f"{self.path}: {str(error) or type(error).__name__} "

@@ -2,50 +2,122 @@
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
+import tempfile
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ..disk.faults import reason_of
 from ..errors import RecordingError
 from .message_batch import MessageBatch, joined
+from .topics import absolute, full_type
+from .unpacking import MESSAGE_LIMIT, Allowance
 
 MAGIC = b"SQLite format 3\x00"
-_QUERY = "SELECT id, timestamp, data FROM messages WHERE topic_id = ? AND id > ? ORDER BY id"
+_QUERY = f"""SELECT id, timestamp,
+    CASE WHEN typeof(timestamp) = 'integer' AND typeof(data) = 'blob'
+        AND length(data) <= {MESSAGE_LIMIT} THEN data END
+    FROM messages WHERE topic_id = ? AND id > ? ORDER BY id"""
+_TABLES = "SELECT name, type, sql FROM sqlite_master WHERE name IN ('topics', 'messages')"
 _ROWS = 16384
-"""Messages fetched at once."""
+"""Most messages fetched at once."""
+_BYTES = 1 << 24
+"""About how many bytes are fetched at once."""
+_STEPS = 100_000
+"""Steps of the database's machine between two looks at how many there were."""
+_STEPS_PER_BYTE = 20
+_FREE_STEPS = 20_000_000
+
+Row = tuple[int, int, bytes | None]
 
 
 class SqliteStorage:
     """One .db3 file; see `Storage`."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, allowance: Allowance) -> None:
+        del allowance  # a database is not compressed
         self.path = path
         self.types: dict[str, str] = {}
+        self.encodings: dict[str, str] = {}
         self.repairs: Counter[str] = Counter()
 
     def batches(self, wanted: frozenset[str]) -> Iterator[tuple[str, MessageBatch]]:
         """Yield the wanted topics' messages in the order they were written."""
-        with closing(self._connect()) as database:
-            try:
-                topics = database.execute(
-                    "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
-                ).fetchall()
-            except sqlite3.Error as error:
-                raise RecordingError(f"{self.path}: not a rosbag2 database: {error}") from error
-            self.types = {name: kind for _, name, kind, _ in topics}
-            for identifier, name, _, encoding in topics:
-                if name in wanted:
-                    self._require_cdr(name, encoding)
-                    yield from self._messages(database, identifier, name)
+        with self._opened() as database:
+            for identifier, topic, kind, encoding in self._topics(database):
+                self.types[topic], self.encodings[topic] = full_type(kind), encoding
+                if topic in wanted:
+                    self._require_cdr(topic, encoding)
+                    yield from self._messages(database, identifier, topic)
 
-    def _connect(self) -> sqlite3.Connection:
-        write_ahead = self.path.with_name(self.path.name + "-wal").exists()
-        mode = "mode=ro" if write_ahead else "mode=ro&immutable=1"
-        return sqlite3.connect(f"{self.path.resolve().as_uri()}?{mode}", uri=True)
+    @contextmanager
+    def _opened(self) -> Iterator[sqlite3.Connection]:
+        """Open the database; one that a recorder left open, on a read-only medium, as a copy."""
+        logs = [self.path.with_name(self.path.name + "-wal")]
+        if not logs[0].exists():
+            with self._connected(self.path, "mode=ro&immutable=1") as database:
+                yield database
+            return
+        try:
+            with self._connected(self.path, "mode=ro") as database:
+                database.execute("SELECT count(*) FROM sqlite_master").fetchone()
+                yield database
+            return
+        except sqlite3.OperationalError:
+            pass
+        with tempfile.TemporaryDirectory() as folder:
+            mode, path = self._copied([self.path, *logs], Path(folder))
+            with self._connected(path, mode) as database:
+                yield database
+
+    def _copied(self, files: list[Path], folder: Path) -> tuple[str, Path]:
+        """Return how and where to open a copy; without room for one the file without its log."""
+        try:
+            for file in files:
+                shutil.copyfile(file, folder / file.name)
+        except OSError as error:
+            self.repairs[
+                f"{files[1].name} left out, as it cannot be copied: {reason_of(error)}"
+            ] = 1
+            return "mode=ro&immutable=1", self.path
+        return "mode=ro", folder / self.path.name
+
+    @contextmanager
+    def _connected(self, path: Path, mode: str) -> Iterator[sqlite3.Connection]:
+        database = sqlite3.connect(f"{path.resolve().as_uri()}?{mode}", uri=True)
+        steps = _Steps(_FREE_STEPS + _STEPS_PER_BYTE * path.stat().st_size)
+        database.set_progress_handler(steps, _STEPS)
+        database.execute("PRAGMA trusted_schema = OFF")
+        try:
+            yield database
+        finally:
+            database.close()
+
+    def _topics(self, database: sqlite3.Connection) -> list[tuple[int, str, str, str]]:
+        try:
+            for name, kind, sql in database.execute(_TABLES).fetchall():
+                if kind != "table" or not str(sql).upper().startswith("CREATE TABLE"):
+                    raise RecordingError(f"{self.path}: {name} is a {kind}, not a plain table")
+            rows = database.execute(
+                "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+            ).fetchall()
+        except (sqlite3.Error, OverflowError) as error:
+            raise RecordingError(f"{self.path}: not a rosbag2 database: {error}") from error
+        return [row for each in rows if (row := self._topic(*each)) is not None]
+
+    def _topic(
+        self, identifier: Any, name: Any, kind: Any, encoding: Any
+    ) -> tuple[int, str, str, str] | None:
+        if not isinstance(identifier, int) or not isinstance(name, str):
+            self.repairs["damaged topics left out"] += 1
+            return None
+        return identifier, absolute(name), str(kind), str(encoding)
 
     def _require_cdr(self, topic: str, encoding: str) -> None:
         if encoding != "cdr":
@@ -57,31 +129,49 @@ class SqliteStorage:
         self, database: sqlite3.Connection, identifier: int, topic: str
     ) -> Iterator[tuple[str, MessageBatch]]:
         """Yield one topic's messages; of a damaged database those before the damage."""
-        last = -1
+        last, amount = -1, _ROWS // 64
         try:
             cursor = database.execute(_QUERY, (identifier, last))
-            while rows := cursor.fetchmany(_ROWS):
+            while rows := cursor.fetchmany(amount):
                 last = rows[-1][0]
-                yield topic, _batch(rows)
-        except sqlite3.Error:
+                if (batch := self._batch(rows, topic)) is not None:
+                    yield topic, batch
+                    amount = max(1, min(_ROWS, _BYTES // max(int(batch.sizes.max()), 1)))
+        except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
             self.repairs[f"{topic}: database is damaged; read up to there"] += 1
-            if rows := _up_to_the_damage(database, identifier, last):
-                yield topic, _batch(rows)
+            if str(error) != "interrupted" and (
+                batch := self._batch(_up_to_the_damage(database, identifier, last), topic)
+            ):
+                yield topic, batch
+
+    def _batch(self, rows: list[Row], topic: str) -> MessageBatch | None:
+        """Return the rows that hold a message; others are counted."""
+        good = [row for row in rows if row[2] is not None]
+        if len(good) < len(rows):
+            self.repairs[f"{topic}: damaged messages dropped"] += len(rows) - len(good)
+        if not good:
+            return None
+        _, times, messages = zip(*good, strict=True)
+        return joined(messages, np.array(times, dtype=np.int64))
 
 
-def _up_to_the_damage(
-    database: sqlite3.Connection, identifier: int, last: int
-) -> list[tuple[int, int, bytes]]:
+class _Steps:
+    """Interrupts a query that takes more steps than a table of the file's size can need."""
+
+    def __init__(self, limit: int) -> None:
+        self._left = limit
+
+    def __call__(self) -> bool:
+        self._left -= _STEPS
+        return self._left < 0
+
+
+def _up_to_the_damage(database: sqlite3.Connection, identifier: int, last: int) -> list[Row]:
     """Return the rows after `last` one by one: a failed `fetchmany` keeps none of its rows."""
-    rows = []
+    rows: list[Row] = []
     try:
         for row in database.execute(_QUERY, (identifier, last)):
             rows.append(row)
-    except sqlite3.Error:
+    except (sqlite3.Error, OverflowError, UnicodeDecodeError):
         pass
     return rows
-
-
-def _batch(rows: list[tuple[int, int, bytes]]) -> MessageBatch:
-    _, times, messages = zip(*rows, strict=True)
-    return joined(messages, np.array(times, dtype=np.int64))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, fields
 
 from ..errors import ConfigurationError
@@ -62,3 +63,15 @@ _DEFAULTS = {field.name: field.default for field in fields(TopicNames)}
 def absolute(name: str) -> str:
     """Return a topic name with its leading slash."""
     return name if not name or name.startswith("/") else f"/{name}"
+
+
+def full_type(name: str) -> str:
+    """Return a message type in its form of today: `sensor_msgs/Imu` as `sensor_msgs/msg/Imu`.
+
+    Names of DDS (`sensor_msgs::msg::dds_::Imu_`) and of Python (`sensor_msgs.msg.Imu`) count.
+    """
+    parts = [part for part in re.split(r"::|[/.]", name.strip()) if part not in ("msg", "dds_")]
+    if len(parts) != 2 or not all(parts):
+        return name
+    package, kind = parts
+    return f"{package}/msg/{kind.removesuffix('_')}"

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..disk.reading import exists
+from ..disk.writing import whole_folder
 from ..errors import RecordingError
 from ..recording import SINGLE_WHEEL_JOINT, Recording, StampArray, TiltTrack
 from .encoding import (
@@ -19,6 +20,7 @@ from .encoding import (
     orientation_messages,
     temperature_messages,
 )
+from .mcap_checksums import add_checksums
 from .topics import FLOAT64_ARRAY, IMU, JOINT_STATE, TEMPERATURE, TopicNames
 
 if TYPE_CHECKING:
@@ -44,30 +46,42 @@ def write_recording(
     extra_messages: Iterable[BagTopic] = (),
     *,
     overwrite: bool = False,
+    beside: Callable[[Path], None] = lambda folder: None,
 ) -> None:
     """Write a recording so that `ros2 bag` and `read_recording` can read it.
 
     A sample's stamp is both its header's and the bag's time; the same recording gives the
-    same bytes. Estimators' tilt becomes the orientation of an Imu on `/imu/NAME`.
+    same bytes. Estimators' tilt becomes the orientation of an Imu on `/imu/NAME`. The folder
+    appears whole, or what was there stays; every chunk and the file carry checksums.
 
     Args:
         path: Directory to create.
         recording: What to write.
         extra_messages: Further topics.
-        overwrite: Whether an existing recording at `path` is deleted first.
+        overwrite: Whether an existing recording at `path` is replaced.
+        beside: Writes further files into the folder it is given, before that appears.
 
     Raises:
-        RecordingError: something exists at `path`, or is no recording that may be deleted.
+        RecordingError: something exists at `path`, or is no recording that may be replaced.
+        WritingError: it cannot be written.
     """
+    target = Path(path)
+    topics = [*_recording_topics(recording), *extra_messages]
+    _require_room(target, overwrite)
+    size = sum(len(message) for entry in topics for message in entry.messages)
+    with whole_folder(target, size, replace=overwrite) as folder:
+        _write(folder, topics)
+        add_checksums(folder / f"{folder.name}.mcap")
+        beside(folder)
+
+
+def _write(folder: Path, topics: Sequence[BagTopic]) -> None:
     # rosbags is imported where something is written: reading does without, and starts sooner.
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
-    target = Path(path)
-    topics = [*_recording_topics(recording), *extra_messages]
-    _make_room(target, overwrite)
     typestore = get_typestore(Stores.ROS2_JAZZY)
-    writer = Writer(target, version=9, storage_plugin=StoragePlugin.MCAP)
+    writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     with writer:
         connections = [
@@ -143,11 +157,10 @@ def _in_time(topics: Sequence[BagTopic]) -> Iterable[tuple[int, int, int]]:
     return zip(topic[order].tolist(), index[order].tolist(), stamps[order].tolist(), strict=True)
 
 
-def _make_room(target: Path, overwrite: bool) -> None:
-    if not target.exists():
+def _require_room(target: Path, overwrite: bool) -> None:
+    if not exists(target):
         return
     if not overwrite:
         raise RecordingError(f"{target} exists; it is not overwritten unless asked for")
     if not (target / "metadata.yaml").is_file():
         raise RecordingError(f"{target} is not a recording; it is not deleted")
-    shutil.rmtree(target)

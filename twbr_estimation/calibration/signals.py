@@ -8,6 +8,7 @@ no time constant enters the estimates.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ LONGEST_GAP = 0.05
 """Longest time between readings that is bridged [s]."""
 SHORTEST_DRIVE = 10.0
 """Shortest drive that is accepted [s]."""
+_LONGEST_STEP = 10_000_000_000
+"""Longer gaps between readings are shortened to this [ns]."""
 REACH = 5.0
 """Reach of the smoothing, in its standard deviations; cut at 4, the second derivative of a
 parabola would be a per cent wrong."""
@@ -89,10 +92,10 @@ def signals_of(drive: Drive) -> Signals:
         RecordingError: no reference, or too short.
     """
     recording, wheels = drive.recording, drive.recording.wheels
-    start = int(recording.imu.stamps[0])
     reference = _required_reference(recording)
     corrected = drive.with_terms().corrected_samples
-    stamps = _seconds(recording.imu.stamps, start)
+    shortened = _without_long_gaps(recording.imu.stamps)
+    stamps = shortened(recording.imu.stamps)
     time = np.arange(0.0, stamps[-1], recording.dt)
     rate, forward, up = (
         np.interp(time, stamps, corrected.field(name)) for name in ("gyro_y", "accel_x", "accel_z")
@@ -112,8 +115,8 @@ def signals_of(drive: Drive) -> Signals:
         accel_z=up,
         gyro_usable=usable("gyro_saturated_y"),
         accel_usable=usable("accel_saturated_x", "accel_saturated_z"),
-        reference=(_seconds(reference.stamps, start), reference.tilt),
-        wheel=None if wheels is None else (_seconds(wheels.stamps, start), _mean_angle(wheels)),
+        reference=(shortened(reference.stamps), reference.tilt),
+        wheel=None if wheels is None else (shortened(wheels.stamps), _mean_angle(wheels)),
     )
 
 
@@ -130,9 +133,27 @@ def _required_reference(recording: Recording) -> TiltTrack:
     return recording.reference
 
 
-def _seconds(stamps: StampArray, start: int) -> FloatArray:
-    """Return stamps [ns] as times since `start` [s]."""
-    return np.asarray((stamps - start) * 1e-9, dtype=np.float64)
+def _without_long_gaps(stamps: StampArray) -> Callable[[StampArray], FloatArray]:
+    """Return what turns stamps [ns] into times since the first [s], long gaps shortened.
+
+    A clock that is set in the middle of a recording leaves a gap of years, which an even grid
+    must not fill. Shortened, it still separates what lies before and after.
+    """
+    start = int(stamps[0])
+    steps = np.diff(stamps)
+    long = np.flatnonzero(steps > _LONGEST_STEP)
+    excess = np.concatenate([[0], np.cumsum(steps[long] - _LONGEST_STEP)])
+    ends = stamps[long + 1]
+
+    def shortened(others: StampArray) -> FloatArray:
+        passed = np.searchsorted(ends, others, side="right")
+        times = others - start - excess[passed]
+        if ends.size:  # what lies in a gap is squeezed to its beginning
+            following = np.append(ends - start - excess[1:], np.iinfo(np.int64).max)[passed]
+            times = np.minimum(times, following - 1)
+        return np.asarray(times * 1e-9, dtype=np.float64)
+
+    return shortened
 
 
 def _mean_angle(wheels: WheelTrack) -> FloatArray:

@@ -3,8 +3,8 @@
 A verb is a module with `add_parser(subparsers)`, which sets `run` as the parser's default,
 and `run(arguments)`, which returns the exit status. The first line of its docstring, after the
 colon, is its line in the list of verbs: no module is imported for that. A trailing underscore
-in the file's name (`import_.py`) is dropped. Two modules here are no verbs: this one and
-`arguments`.
+in the file's name (`import_.py`) is dropped. Three modules here are no verbs: this one,
+`arguments` and `terminal`.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ from pkgutil import iter_modules
 
 from .. import __version__
 from ..errors import TwbrError
+from .terminal import make_printable
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C: 128 + SIGINT."""
 BROKEN_PIPE = 141
 """Exit status when the reader of our output went away: 128 + SIGPIPE."""
-_NO_VERBS = ("arguments", "main")
+_NO_VERBS = ("arguments", "main", "terminal")
 
 
 def verbs() -> dict[str, str]:
@@ -59,6 +60,7 @@ def _summary(module: str) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return its exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    make_printable(sys.stdout, sys.stderr)
     try:
         chosen = parser(given).parse_args(given)
         status = int(chosen.run(chosen))
@@ -74,6 +76,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # What is still buffered must not fail again when the interpreter closes stdout.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
+    except OSError as error:
+        where = "" if error.filename is None else f"{error.filename}: "
+        print(f"twbr: error: {where}{(error.strerror or str(error)).lower()}", file=sys.stderr)
+        return 1
+    except MemoryError:
+        print("twbr: error: there is not enough memory for this", file=sys.stderr)
+        return 1
     return status
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
+from ..disk.writing import write_text
 from ..errors import ConfigurationError
 from ..report.data import collect
 from ..report.page import render
@@ -56,8 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
         progress.update(task, description="rendering the page")
         text = render(reports, shlex.join(["twbr", *sys.argv[1:]]), request.options)
         progress.advance(task)
-        _make(arguments.output)
-        _write(page, text)
+        write_text(page, text)
         for report, picture in zip(reports, pictures, strict=True):
             progress.update(task, description=f"drawing {escape(str(picture))}")
             traces = traces_of(report, styles_of(reports))
@@ -78,22 +77,3 @@ def _refuse_existing(paths: Sequence[Path], overwrite: bool) -> None:
     for path in paths:
         if path.exists() and not overwrite:
             raise ConfigurationError(f"{path}: exists already; --overwrite replaces it")
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigurationError(f"{folder}: cannot be made: {error.strerror}") from None
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file at once, so that an interrupt leaves the old one or the new one."""
-    partial = path.with_suffix(".partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, path)
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        partial.unlink(missing_ok=True)

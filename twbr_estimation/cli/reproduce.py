@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from ..disk.writing import write_text
 from ..errors import ConfigurationError
 from ..reproduction import DRAWN, PARTS, Plan, reproduce
 from ..reproduction.page import PrintedTable, markdown, tables
@@ -103,7 +104,4 @@ def _write(target: str, text: str) -> None:
     if target == "-":
         sys.stdout.write(text)
         return
-    try:
-        Path(target).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigurationError(f"{target}: cannot be written: {error.strerror}") from None
+    write_text(Path(target), text)

@@ -16,6 +16,7 @@ from rich.table import Table
 from ..bags import write_recording
 from ..bags.events import write_events
 from ..configuration.files import read_setup, write_section
+from ..configuration.of_recording import CONFIG_FOLDER
 from ..errors import ConfigurationError
 from ..physics import SCENES as PHYSICS_SCENES
 from ..physics import simulate as simulate_scene
@@ -133,13 +134,17 @@ def write_simulated(path: Path, simulated: Simulated, *, overwrite: bool = False
 
     Raises:
         RecordingError: something exists at `path`, or is no recording that may be replaced.
+        WritingError: it cannot be written.
     """
-    write_recording(path, simulated.recording, overwrite=overwrite)
-    write_events(path, simulated.events)
     provenance = {"source": simulated.recording.source}
     setup = simulated.setup
-    write_section(path / "config" / "robot.yaml", setup.robot, provenance, replace=True)
-    write_section(path / "config" / "calibration.yaml", setup.calibration, provenance, replace=True)
+
+    def describe(folder: Path) -> None:
+        write_events(folder, simulated.events)
+        write_section(folder / CONFIG_FOLDER / "robot.yaml", setup.robot, provenance)
+        write_section(folder / CONFIG_FOLDER / "calibration.yaml", setup.calibration, provenance)
+
+    write_recording(path, simulated.recording, overwrite=overwrite, beside=describe)
 
 
 def _summary(path: Path, simulated: Simulated) -> Table:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..disk.bounded_yaml import SIZE_LIMIT
+from ..disk.reading import read_text
+from ..disk.writing import write_texts
 from ..errors import ConfigurationError
 from ..filters import filters
 from ..robot import Calibration, Robot, Setup
-from .files import FILES, write_section
+from .files import FILES, section_text
 from .ros_yaml import number, read_parameters
 
 VERBS = ("still", "poses", "geometry")
@@ -41,6 +43,7 @@ def save(
 
     Raises:
         ConfigurationError: a file exists and `replace` is not set, or holds what would be lost.
+        WritingError: they cannot be written; on a full disk all are as before.
     """
     sections: dict[str, Robot | Calibration] = {
         "robot": setup.robot,
@@ -53,18 +56,18 @@ def save(
             f"{', '.join(map(str, existing))}: exists already; `overwrite` lets it be replaced"
         )
     known = {name: _provenance(start, folder, name) for name in sections}
-    said = []
-    for name, path in targets.items():
-        done = "replaced" if path.exists() else "wrote"
-        stated = _stated(start or folder, name)
-        write_section(
-            path, sections[name], {**known[name], verb: dict(provenance)}, replace, stated
+    contents = {
+        path: section_text(
+            sections[name], {**known[name], verb: dict(provenance)}, _stated(start or folder, name)
         )
-        said.append(f"{done} {path}")
+        for name, path in targets.items()
+    }
+    said = [f"{'replaced' if path in existing else 'wrote'} {path}" for path in contents]
     rest = None if start is None else start / FILES[2]
     if rest is not None and rest.is_file() and not (folder / FILES[2]).exists():
-        shutil.copyfile(rest, folder / FILES[2])
+        contents[folder / FILES[2]] = read_text(rest, SIZE_LIMIT, ConfigurationError)
         said.append(f"copied {rest} to {folder / FILES[2]}")
+    write_texts(contents)
     return said
 
 

@@ -14,11 +14,19 @@ from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from .. import __version__
+from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters
 from ..robot import Calibration, CorrectionSettings, Robot, Setup
 from .filter_settings import DEFAULT_FILTER, Settings
-from .ros_yaml import Entry, converted, number, read_parameters, write_parameters
+from .ros_yaml import (
+    Entry,
+    converted,
+    number,
+    parameters_text,
+    read_parameters,
+    write_parameters,
+)
 
 FILES = ("robot.yaml", "calibration.yaml", "filters.yaml")
 """What is read from a folder, in this order."""
@@ -33,6 +41,7 @@ _ANYTHING_BELOW = ("provenance", "qos_overrides", "use_sim_time")
 
 Section = TypeVar("Section", Robot, Calibration, CorrectionSettings)
 PathLike = str | Path
+_HEADER = f"Written by twbr_estimation {__version__}. SI units and radians."
 
 
 def read_setup(*paths: PathLike) -> Setup:
@@ -97,9 +106,25 @@ def write_section(
 
     Raises:
         ConfigurationError: the file exists and `replace` is not set.
+        WritingError: it cannot be written.
     """
+    _write(path, _of_section(section, values), provenance, replace)
+
+
+def section_text(
+    section: Robot | Calibration,
+    provenance: Mapping[str, object],
+    values: Mapping[str, Mapping[str, float]],
+) -> str:
+    """Return what `write_section` writes."""
+    return parameters_text(_with(_of_section(section, values), provenance), _HEADER)
+
+
+def _of_section(
+    section: Robot | Calibration, values: Mapping[str, Mapping[str, float]] | None
+) -> dict[str, Any]:
     name = "robot" if isinstance(section, Robot) else "calibration"
-    _write(path, {name: _plain(section), **_plain_values(values or {})}, provenance, replace)
+    return {name: _plain(section), **_plain_values(values or {})}
 
 
 def write_settings(
@@ -129,10 +154,11 @@ def _write(
     provenance: Mapping[str, object] | None,
     replace: bool,
 ) -> None:
-    if provenance:
-        parameters["provenance"] = dict(provenance)
-    header = f"Written by twbr_estimation {__version__}. SI units and radians."
-    write_parameters(Path(path), parameters, header, replace)
+    write_parameters(Path(path), _with(parameters, provenance), _HEADER, replace)
+
+
+def _with(parameters: dict[str, Any], provenance: Mapping[str, object] | None) -> dict[str, Any]:
+    return {**parameters, "provenance": dict(provenance)} if provenance else parameters
 
 
 def _plain(section: Robot | Calibration | CorrectionSettings) -> dict[str, Any]:
@@ -166,7 +192,7 @@ def configuration_files(path: PathLike) -> list[Path]:
         ConfigurationError: the folder holds none.
     """
     path = Path(path)
-    if not path.is_dir():
+    if not is_folder(path):
         return [path]
     found = [path / name for name in FILES if (path / name).is_file()]
     if not found:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..robot import Setup
 from .files import read_settings, read_setup
@@ -33,9 +34,9 @@ def configuration(
         ConfigurationError: unreadable or wrong files, or an unknown preset.
     """
     folder = config or path / CONFIG_FOLDER
-    if config is not None and not config.is_dir():
+    if config is not None and not is_folder(config):
         raise ConfigurationError(f"{config}: there is no such configuration folder")
-    if not folder.is_dir():
+    if not is_folder(folder):
         setup, settings = Setup(), Settings()
     else:
         setup, settings = read_setup(folder), read_settings(folder)

@@ -1,13 +1,11 @@
 """ROS parameter files: `NODE: {ros__parameters: {...}}` as flat, dotted names and back.
 
-Knows the syntax only; what the names mean is settled in `files`.
+This module has the syntax only; what the names mean is in `files`.
 """
 
 from __future__ import annotations
 
 import math
-import os
-import re
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path
@@ -15,13 +13,14 @@ from typing import Any, NamedTuple, get_args, get_origin
 
 import yaml
 
+from ..disk.bounded_yaml import load_yaml
+from ..disk.reading import exists
+from ..disk.writing import write_text
 from ..errors import ConfigurationError
 
 ANY_NODE = "/**"
 """The node name that stands for every node."""
 PARAMETERS = "ros__parameters"
-
-_EXPONENT = re.compile(r"^[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+$")
 
 
 class Entry(NamedTuple):
@@ -35,34 +34,13 @@ class Entry(NamedTuple):
     """Whether it stands under `/**`, not under one node's name."""
 
 
-class _Loader(yaml.SafeLoader):
-    """Safe YAML, with 1e-5 a number as it is for ROS, and no key twice."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Refuse a repeated key, whose first value would be lost."""
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.MarkedYAMLError(f"key {key!r} twice", node.start_mark)
-        return super().construct_mapping(node, deep=deep)
-
-
-_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _EXPONENT, list("-+.0123456789"))
-
-
 def read_yaml(path: Path) -> Any:
     """Return what a YAML file holds.
 
     Raises:
-        ConfigurationError: no such file, or no valid YAML.
+        ConfigurationError: no such file, no valid YAML, or beyond the limits of `load_yaml`.
     """
-    try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from None
-    except yaml.YAMLError as error:
-        what = " ".join(str(error).split()).replace('in "<unicode string>", ', "at ")
-        raise ConfigurationError(f"{path}: not valid YAML: {what}") from None
+    return load_yaml(path, ConfigurationError)
 
 
 def read_parameters(path: Path) -> tuple[Entry, ...]:
@@ -96,15 +74,17 @@ def write_parameters(
 
     Raises:
         ConfigurationError: the file exists and `replace` is not set.
+        WritingError: it cannot be written.
     """
-    if path.exists() and not replace:
+    if exists(path) and not replace:
         raise ConfigurationError(f"{path}: exists already and was not to be replaced")
+    write_text(path, parameters_text(parameters, header))
+
+
+def parameters_text(parameters: Mapping[str, Any], header: str) -> str:
+    """Return the text of a parameter file; arguments as `write_parameters`."""
     body = yaml.safe_dump({ANY_NODE: {PARAMETERS: parameters}}, sort_keys=False, width=95)
-    comment = "".join(f"# {line}\n" for line in header.splitlines())
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(comment + body, encoding="utf-8")
-    os.replace(partial, path)
+    return "".join(f"# {line}\n" for line in header.splitlines()) + body
 
 
 def converted(entry: Entry, hint: Any) -> Any:

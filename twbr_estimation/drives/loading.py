@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..bags import TopicNames, read_recording
 from ..configuration.of_recording import CONFIG_FOLDER, TERMS, configuration, with_terms
+from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..samples import RESTART_GAP
 from ..scoring.errors import Options
@@ -56,7 +57,7 @@ def load(
     if terms is not None:
         setup = with_terms(setup, terms)
     notes: tuple[str, ...] = ()
-    if chosen is None and not (folder / CONFIG_FOLDER).is_dir():
+    if chosen is None and not is_folder(folder / CONFIG_FOLDER):
         notes = (f"{path}: no robot is described there and no `config` given; {_DEFAULT_ROBOT}",)
     return Drive(recording, setup, settings, options or Options(), loop_period, notes)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..bags import write_recording
 from ..configuration.of_recording import CONFIG_FOLDER
+from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from .runs import Runs
 
@@ -24,6 +25,9 @@ def save_with_reference(target: Path, runs: Runs, source: Path) -> None:
     """
     if runs.smoothed is None or runs.drive.recording.reference is not None:
         raise ConfigurationError(f"{source}: has a reference of its own; nothing is saved")
-    write_recording(target, runs.recording)
-    if (source / CONFIG_FOLDER).is_dir():
-        shutil.copytree(source / CONFIG_FOLDER, target / CONFIG_FOLDER)
+
+    def describe(folder: Path) -> None:
+        if is_folder(source / CONFIG_FOLDER):
+            shutil.copytree(source / CONFIG_FOLDER, folder / CONFIG_FOLDER)
+
+    write_recording(target, runs.recording, beside=describe)

@@ -18,14 +18,13 @@ from ..bags.cleaning import Cleaner
 from ..bags.columns import Columns
 from ..configuration.files import write_section, write_settings
 from ..configuration.filter_settings import Settings
+from ..configuration.of_recording import CONFIG_FOLDER
 from ..errors import RecordingError
 from ..recording import FloatArray, Recording, StampArray
 from ..robot import Calibration, CorrectionSettings, Robot
 
 START = 1_000_000_000
 """Stamp of the first sample of logs that know no date [ns]."""
-CONFIG_FOLDER = "config"
-"""Folder inside a recording for the files that describe its robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +79,18 @@ def write_import(path: Path, log: ImportedLog, overwrite: bool = False) -> None:
 
     Raises:
         RecordingError: the recording exists and `overwrite` is not set.
+        WritingError: it cannot be written.
     """
-    write_recording(path, log.recording, overwrite=overwrite)
-    config = path / CONFIG_FOLDER
-    config.mkdir()
     provenance = {"source": log.recording.source, **log.provenance}
-    write_section(config / "robot.yaml", log.robot, provenance)
-    write_section(config / "calibration.yaml", log.calibration, provenance)
-    if log.correction is not None:
-        write_settings(config / "filters.yaml", Settings(), log.correction, provenance)
+
+    def describe(folder: Path) -> None:
+        config = folder / CONFIG_FOLDER
+        write_section(config / "robot.yaml", log.robot, provenance)
+        write_section(config / "calibration.yaml", log.calibration, provenance)
+        if log.correction is not None:
+            write_settings(config / "filters.yaml", Settings(), log.correction, provenance)
+
+    write_recording(path, log.recording, overwrite=overwrite, beside=describe)
 
 
 def uniform_stamps(count: int, rate: float) -> StampArray:

@@ -80,8 +80,14 @@ def analyse(drive: Drive, window: float | None = None) -> Noise:
     Raises:
         RecordingError: there is neither a reference nor enough rest.
     """
+    recording = drive.recording
+    if recording.imu.stamps.size < 2:
+        raise RecordingError(
+            f"{recording.source}: {recording.imu.stamps.size} IMU sample is too short a recording; "
+            f"{SHORTEST_REST:g} s at rest or {SHORTEST_MOTION:g} s with a reference are needed"
+        )
     notes: list[str] = []
-    recording, motion = drive.recording, _motion(drive, notes)
+    motion = _motion(drive, notes)
     rest = _rest(recording, window, notes)
     if motion is None and rest is None:
         raise RecordingError(f"{recording.source}: nothing to analyse: {'; '.join(notes)}")

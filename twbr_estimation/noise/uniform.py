@@ -15,7 +15,7 @@ from ..errors import RecordingError
 from ..recording import StampArray
 
 LARGEST_STEP = 5.0
-"""Steps between samples above this many mean periods are gaps."""
+"""Steps between samples above this many median periods are gaps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ def uniform_stretch(stamps: StampArray, what: str, minimum: float) -> Stretch:
     if stamps.size < 2:
         raise RecordingError(f"{what}: {stamps.size} samples are too few for a spectrum")
     steps = np.diff(stamps)
-    cuts = np.flatnonzero(steps > LARGEST_STEP * steps.mean()) + 1
+    cuts = np.flatnonzero(steps > LARGEST_STEP * float(np.median(steps))) + 1
     edges = np.concatenate([[0], cuts, [stamps.size]])
     longest = int(np.argmax(np.diff(edges)))
     first, last = int(edges[longest]), int(edges[longest + 1])

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..disk.writing import whole_file
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, Noise
 from ..recording import FloatArray
@@ -39,19 +40,18 @@ def save(figure: Any, path: Path) -> None:
     """Write a figure as PNG.
 
     Raises:
-        ConfigurationError: the file cannot be written.
+        WritingError: the file cannot be written.
     """
-    try:
-        figure.savefig(path, format="png", dpi=150)
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be written: {error.strerror}") from None
+    with whole_file(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=150)
 
 
 def noise_picture(found: Sequence[Noise], path: Path) -> None:
     """Draw spectra, Allan deviations and bias, a row for each recording.
 
     Raises:
-        ConfigurationError: matplotlib is missing, or the file cannot be written.
+        ConfigurationError: matplotlib is missing.
+        WritingError: the file cannot be written.
     """
     panels = [(noise, _panels(noise)) for noise in found]
     widest = max(len(row) for _, row in panels)
@@ -131,7 +131,8 @@ def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
         path: file to write.
 
     Raises:
-        ConfigurationError: matplotlib is missing, or the file cannot be written.
+        ConfigurationError: matplotlib is missing.
+        WritingError: the file cannot be written.
     """
     visible = [trace for trace in traces if trace.visible]
     scored = [trace for trace in visible if trace.error.size]

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..errors import ConfigurationError
+from ..disk.writing import write_text
 from .errors import SMOOTHED, RecordingScore, as_json, mean_over
 
 _COLUMNS = (
@@ -47,7 +47,7 @@ def write_scores(target: str, scores: Sequence[RecordingScore]) -> None:
     """Write the JSON of `evaluation.as_json` to a file, or to stdout where `target` is `-`.
 
     Raises:
-        ConfigurationError: the file cannot be written.
+        WritingError: the file cannot be written.
     """
     write_json(target, as_json(scores))
 
@@ -56,16 +56,13 @@ def write_json(target: str, document: Mapping[str, object]) -> None:
     """Write a document to a file, or to stdout where `target` is `-`.
 
     Raises:
-        ConfigurationError: the file cannot be written.
+        WritingError: the file cannot be written.
     """
     text = json.dumps(document, indent=2, allow_nan=False)
     if target == "-":
         sys.stdout.write(text + "\n")
         return
-    try:
-        Path(target).write_text(text + "\n")
-    except OSError as error:
-        raise ConfigurationError(f"{target}: cannot be written: {error.strerror}") from None
+    write_text(Path(target), text + "\n")
 
 
 def _print_recording(console: Console, entry: RecordingScore) -> None:

@@ -19,6 +19,7 @@ from ..configuration.presets import preset
 from ..drives import load
 from ..errors import ConfigurationError, RecordingError
 from ..filters import filter_named, listed_filters
+from ..recording import Recording
 from ..robot import CorrectionSettings
 from ..samples import READINGS
 from ..scoring.errors import Options
@@ -29,6 +30,8 @@ from .objective import Objective, TuningSet, prepare
 from .search import tunable
 from .workers import Workers, tune_filters
 
+LEAST_SAMPLES = 100
+"""Shortest recording that parameters are fitted to; fewer samples fit anything."""
 SHARED_SAMPLES = 0.01
 """Two recordings with a larger share of equal IMU readings are one, or parts of one."""
 START_PRESET = "table2"
@@ -165,12 +168,22 @@ def _sets(
             options=request.options,
             required=required,
         )
+        _require_enough(drive.recording)
         doubted += [f"{bag}: {text}" for text in drive.doubts]
         if drive.recording.reference is None:
             track = drive.smoothed(progress=partial(smoothing, str(bag)))
             drive = drive.with_reference(track.as_track())
         sets.append(prepare(drive))
     return sets
+
+
+def _require_enough(recording: Recording) -> None:
+    samples = recording.imu.stamps.size
+    if samples < LEAST_SAMPLES:
+        raise RecordingError(
+            f"{recording.source}: {samples} samples ({recording.duration:.3g} s) are too few to "
+            f"tune on; at least {LEAST_SAMPLES} samples are needed, and a minute of driving is good"
+        )
 
 
 def _require_different(training: Sequence[TuningSet], verification: Sequence[TuningSet]) -> None:
