@@ -101,9 +101,8 @@ CASES = {
     "gravity negated": (accelerometer(lambda v: -v), "accelerometer direction", -1.0),
     "x and y swapped": (accelerometer(lambda v: v[:, [1, 0, 2]]), "accelerometer axes", 1.0),
     "x and z swapped": (accelerometer(lambda v: v[:, [2, 1, 0]]), "accelerometer axes", None),
-    "radius in mm": (robot(wheel_radius=37.5), "wheels radius", 1000.0),
-    "radius of 4 m": (robot(wheel_radius=4.0), "wheels radius", 106.7),
-    "lever arm of 70 m": (robot(lever_arm=(0.0, 0.0, 70.0)), "robot lever arm", 70.0 / 0.138),
+    "radius of 0.8 m": (robot(wheel_radius=0.8), "wheels radius", 21.3),
+    "lever arm of 1.5 m": (robot(lever_arm=(0.0, 0.0, 1.5)), "robot lever arm", 1.5 / 0.138),
 }
 """Name: what is done, the finding it gives, and the ratio found."""
 
@@ -124,7 +123,7 @@ def test_a_fault_is_found_with_its_ratio(drive: Simulated, name: str) -> None:
 
 
 def test_a_suggestion_mends_what_it_is_for(drive: Simulated) -> None:
-    recording, setup = robot(wheel_radius=4.0)(drive)
+    recording, setup = robot(wheel_radius=0.8)(drive)
     value = faults(recording, setup)["wheels radius"].value
     assert value == pytest.approx(drive.true_setup.robot.wheel_radius, rel=0.1)
     mended = replace(setup, robot=replace(setup.robot, wheel_radius=value))

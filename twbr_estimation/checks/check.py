@@ -13,6 +13,7 @@ from .finding import Finding, Severity
 from .gravity import gravity
 from .readings import readings
 from .reference import reference
+from .rest import rest
 from .timing import timing
 from .wheels import dead_wheels, wheels
 
@@ -37,6 +38,7 @@ def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
     yield from timing(recording)
     yield from (each for each in single if not _same_cause(each, [*upright, *motion]))
     yield from upright
+    yield from rest(recording, setup)
     yield from encoders
     yield from motion
     yield from reference(recording, parts, motion)

@@ -18,7 +18,7 @@ FAIL_RATIO = 2.0
 """Ratios beyond this, or below its inverse, fail."""
 ARM_MARGIN = 0.05
 """Difference of the lever arm that is worth a warning [m]."""
-LONGEST_ARM = 2.0
+LONGEST_ARM = 1.0
 """A longer lever arm is no balancing robot's [m]."""
 CLOCK_MARGIN = 0.03
 """Offset of the wheels' stamps that is worth a warning [s]."""

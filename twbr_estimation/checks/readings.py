@@ -68,7 +68,6 @@ def _sensor(
             "clips less",
             share,
             f"robot.{parameter}",
-            larger,
         )
     else:
         yield passed(name, "saturation", f"{100 * share:.2f} % of the samples are saturated")

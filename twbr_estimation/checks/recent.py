@@ -1,0 +1,103 @@
+"""The checks over the last seconds of a live stream."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
+from ..robot import Setup
+from ..samples import Sample
+from .check import check
+from .finding import Finding
+
+_FIELDS = len(Sample._fields)
+_WHEELS = Sample._fields.index("wheel_angle")
+
+
+class RecentChecks:
+    """Takes samples one by one; `findings` looks at the last of them.
+
+    `add` writes into a ring of fixed size and allocates nothing; `findings` takes some 50 ms of
+    a processor for 20 s of data, so call it every few seconds, not with each sample.
+    """
+
+    def __init__(self, setup: Setup, seconds: float = 20.0, fastest: float = 1000.0) -> None:
+        """Make room.
+
+        Args:
+            setup: robot and calibration as configured.
+            seconds: how far back the checks look [s].
+            fastest: highest rate of samples that fits [Hz].
+        """
+        size = max(int(seconds * fastest), 2)
+        self.setup = setup
+        self._window = round(seconds * 1e9)
+        self._rows = np.empty((size, _FIELDS))
+        self._stamps = np.empty(size, dtype=np.int64)
+        self._reference_stamps = np.empty(size, dtype=np.int64)
+        self._tilts = np.empty(size)
+        self._count = self._references = 0
+
+    def add(self, stamp: int, sample: Sample) -> None:
+        """Take a sample.
+
+        Args:
+            stamp: its header stamp [ns].
+            sample: IMU as the device reports it, with the wheels at that instant.
+        """
+        row = self._count % self._stamps.size
+        if self._count and stamp <= self._stamps[row - 1]:
+            self.restart()
+            row = 0
+        self._stamps[row] = stamp
+        self._rows[row] = sample[:_FIELDS]
+        self._count += 1
+
+    def add_reference(self, stamp: int, tilt: float) -> None:
+        """Take a reading of the reference encoder [rad], stamped [ns]."""
+        row = self._references % self._tilts.size
+        self._reference_stamps[row], self._tilts[row] = stamp, tilt
+        self._references += 1
+
+    def restart(self) -> None:
+        """Forget everything, because time has jumped."""
+        self._count = self._references = 0
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what the last samples show; nothing before there are two."""
+        recording = self.recording()
+        return () if recording is None else check(recording, self.setup)
+
+    def recording(self) -> Recording | None:
+        """Return the last samples as a recording; None before there are two."""
+        order = _order(self._count, self._stamps.size)
+        stamps = self._stamps[order]
+        recent = stamps >= (stamps[-1] - self._window if stamps.size else 0)
+        if np.count_nonzero(recent) < 2:
+            return None
+        stamps, rows = stamps[recent], self._rows[order][recent]
+        imu = ImuTrack(stamps, rows[:, 1:4].copy(), rows[:, 4:7].copy())
+        return Recording("live", imu, _wheels(stamps, rows), self._tilt())
+
+    def _tilt(self) -> TiltTrack | None:
+        order = _order(self._references, self._tilts.size)
+        if order.size < 3:
+            return None
+        stamps, first = np.unique(self._reference_stamps[order], return_index=True)
+        return TiltTrack(stamps, self._tilts[order][first])
+
+
+def _order(count: int, size: int) -> StampArray:
+    """Return the rows of a ring from the oldest to the newest."""
+    return np.arange(max(count - size, 0), count, dtype=np.int64) % size
+
+
+def _wheels(stamps: StampArray, rows: FloatArray) -> WheelTrack | None:
+    """Return the wheels where they were known."""
+    known = rows[:, _WHEELS + 2] > 0.0
+    if np.count_nonzero(known) < 2:
+        return None
+    mean, half = rows[known, _WHEELS], 0.5 * rows[known, _WHEELS + 1]
+    single = rows[known, _WHEELS + 2].max() < 2.0
+    angle = mean[:, None] if single else np.column_stack([mean - half, mean + half])
+    return WheelTrack(stamps[known], angle)
