@@ -11,6 +11,7 @@ VERSION = re.search(r'__version__ = "(.+)"', (ROOT / NAME / "__init__.py").read_
 NODES = sorted(path.name for path in (ROOT / "scripts").glob("*_node") if path.is_symlink())
 
 CONTROL = ["control>=0.10"]
+DASHBOARD = ["nicegui>=2.10"]
 DOCS = ["mkdocs-material>=9.5", "mkdocstrings[python]>=0.25"]
 DASK = ["distributed>=2023.12"]
 NOISE = ["allantools>=2024.4", "matplotlib>=3.8"]
@@ -18,6 +19,7 @@ PEERS = ["vqf>=2.1", "imufusion>=1.3", "ahrs>=0.4", "riann>=0.2", "attipy>=0.0.7
 PHYSICS = ["mujoco>=3.2"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.8"]
 TEST = [
+    *DASHBOARD,
     "pytest>=7.4",
     "hypothesis>=6.98",
     "filterpy>=1.4.5",
@@ -49,7 +51,7 @@ setup(
     license="Apache-2.0",
     python_requires=">=3.10",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "presets/**/*.yaml", "report/*.html"]},
+    package_data={NAME: ["py.typed", "presets/**/*.yaml", "report/*.html", "dashboard/**/*.js"]},
     zip_safe=False,
     install_requires=[
         "numpy>=1.26",
@@ -67,6 +69,7 @@ setup(
         "hardware": HARDWARE,
         "import": ["h5py>=3.10"],
         "dask": DASK,
+        "dashboard": DASHBOARD,
         "docs": DOCS,
         "noise": NOISE,
         "peers": PEERS,

@@ -1,0 +1,49 @@
+"""A recording that is written message by message."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from twbr_estimation.bags import TopicNames, read_recording
+from twbr_estimation.bags.encoding import imu_messages
+from twbr_estimation.bags.recorder import BagRecorder
+from twbr_estimation.bags.topics import IMU
+from twbr_estimation.errors import RecordingError
+from twbr_estimation.recording import ImuTrack
+
+
+def imu(count: int) -> ImuTrack:
+    stamps = 1_700_000_000_000_000_000 + np.arange(count) * 5_000_000
+    draw = np.random.default_rng(1)
+    return ImuTrack(stamps, draw.normal(size=(count, 3)), draw.normal(size=(count, 3)))
+
+
+def test_what_was_added_is_read_back(tmp_path: Path) -> None:
+    track, target = imu(500), tmp_path / "deep" / "drive"
+    recorder = BagRecorder(target, {TopicNames().imu: IMU})
+    for stamp, message in zip(track.stamps, imu_messages(track), strict=True):
+        recorder.add(TopicNames().imu, int(stamp) + 1000, message)
+    assert not target.exists(), "a recording has its name once it is whole"
+    recorder.close()
+    read = read_recording(target)
+    assert recorder.messages == 500
+    np.testing.assert_array_equal(read.imu.stamps, track.stamps)
+    np.testing.assert_array_equal(read.imu.gyro, track.gyro)
+    recorder.add(TopicNames().imu, 0, b"late")  # what a subscription still delivers
+    recorder.close()
+    assert recorder.messages == 500
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "drive").mkdir()
+    with pytest.raises(RecordingError, match="drive: exists"):
+        BagRecorder(tmp_path / "drive", {TopicNames().imu: IMU})
+
+
+def test_a_folder_that_cannot_be_made_is_an_error_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingError, match="cannot be written"):
+        BagRecorder(tmp_path / "file" / "drive", {TopicNames().imu: IMU})

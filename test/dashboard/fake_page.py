@@ -1,0 +1,100 @@
+"""Serve the page for a robot that is made up here: `python fake_page.py PORT`."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from twbr_estimation.dashboard.server import ServerSettings, serve
+from twbr_estimation.dashboard.source import (
+    Geometry,
+    Outcome,
+    ParameterInfo,
+    Source,
+    Status,
+    StreamRate,
+)
+from twbr_estimation.dashboard.telemetry import ACTIVE, Telemetry
+
+MARKUP = "<img src=x onerror=alert(1)>"
+
+
+class FakeRobot(Source):
+    """Swings; has one node with a filter, a bounded number, a switch and a list."""
+
+    live = True
+
+    def __init__(self) -> None:
+        self.name, self.telemetry = f"fake {MARKUP}", Telemetry()
+        self.is_open, self.commands = False, 0
+        self._values: dict[str, Any] = {
+            "filter": "kalman",
+            "kalman.q1": 0.5,
+            "kalman.on": True,
+            "compare": [],
+        }
+
+    def open(self) -> None:
+        self.is_open = True
+
+    def close(self) -> None:
+        self.is_open = False
+
+    def poll(self) -> None:
+        now = time.time_ns()
+        for stamp in range(now - 33_000_000, now, 5_000_000):
+            tilt = 0.2 * math.sin(2e-9 * math.pi * (stamp % 10_000_000_000))
+            self.telemetry.add_reference(stamp, tilt)
+            self.telemetry.add_estimate(ACTIVE, stamp, tilt + 0.01, 0.01**2)
+
+    def geometry(self) -> Geometry:
+        return Geometry()
+
+    def words(self) -> tuple[str, str]:
+        return f"balancing, filter {self._values['filter']}", "OK"
+
+    def statuses(self) -> Sequence[Status]:
+        return [Status("filter_node", "WARN", MARKUP, {"samples": "1"})]
+
+    def rates(self) -> Sequence[StreamRate]:
+        return [StreamRate("imu/data", 200.0, 0.001), StreamRate("never", 0.0, math.inf)]
+
+    def nodes(self) -> Sequence[str]:
+        return ["filter_node"]
+
+    async def parameters(self, node: str) -> Sequence[ParameterInfo]:
+        value = self._values
+        return [
+            ParameterInfo("compare", value["compare"], "names"),
+            ParameterInfo("filter", value["filter"], choices=("kalman", "complementary")),
+            ParameterInfo("kalman.on", value["kalman.on"], MARKUP),
+            ParameterInfo("kalman.q1", value["kalman.q1"], "noise [rad]", 0.0, 1.0),
+        ]
+
+    async def set_parameter(self, node: str, name: str, value: Any) -> Outcome:
+        if name == "kalman.q1" and not 0.0 <= value <= 1.0:
+            return Outcome(False, f"{name}: {value} is not within 0 to 1")
+        self._values[name] = value
+        return Outcome(True, f"{name} is {value}")
+
+    def actions(self) -> Sequence[str]:
+        return ("calibrate",)
+
+    async def act(self, action: str) -> Outcome:
+        return Outcome(True, f"{action} done")
+
+    def drive(self, speed: float, yaw_rate: float) -> None:
+        self.commands += 1
+
+    def seek(self, time: float) -> None:
+        raise AssertionError("live")
+
+    def duration(self) -> float:
+        return 0.0
+
+
+if __name__ in {"__main__", "__mp_main__"}:
+    serve([FakeRobot()], ServerSettings(port=int(sys.argv[1])), lambda at: print(at, flush=True))

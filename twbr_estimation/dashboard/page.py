@@ -1,0 +1,143 @@
+"""The page: cards that stand side by side on a laptop and below each other on a phone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from nicegui import background_tasks, ui
+
+from .panels import ActionPanel, DiagnosticsPanel, FilterPanel, ParameterPanel, PlaybackPanel
+from .source import Geometry, Source
+
+COLORS = {"OK": "positive", "WARN": "warning", "ERROR": "negative", "STALE": "grey"}
+REFRESH = 0.5
+"""Time between two updates of words and tables [s]."""
+GHOST = "#9e9e9e"
+
+
+def build_page(sources: Sequence[Source], read_only: bool) -> None:
+    """Build the page of one browser."""
+    ui.dark_mode(None)  # as the browser prefers
+    ui.add_head_html('<script src="/dashboard/live.js"></script>')
+    ui.add_css("body { overflow-x: hidden } .nicegui-content { padding: 8px }")
+    if len(sources) == 1:
+        RobotView(0, sources[0], read_only)
+        return
+    with ui.tabs().classes("w-full") as tabs:
+        for index, source in enumerate(sources):
+            ui.tab(str(index), label=source.name)
+    with ui.tab_panels(tabs, value="0", keep_alive=True).classes("w-full p-0"):
+        for index, source in enumerate(sources):
+            with ui.tab_panel(str(index)).classes("p-0"):
+                RobotView(index, source, read_only)
+
+
+class RobotView:
+    """Everything about one robot."""
+
+    def __init__(self, index: int, source: Source, read_only: bool) -> None:
+        """Build the cards into the present container."""
+        self._index, self._source = index, source
+        self._header()
+        self._panels: list[FilterPanel | DiagnosticsPanel | PlaybackPanel | ActionPanel] = []
+        with ui.element("div").classes("grid w-full gap-2 grid-cols-1 lg:grid-cols-3"):
+            with ui.card().classes("w-full"):
+                scene, body, ghost, wheels = self._scene(source.geometry())
+                self._panels.append(
+                    ActionPanel(source, read_only) if source.live else PlaybackPanel(source)
+                )
+            with ui.card().classes("w-full lg:col-span-2"):
+                tilt, error = self._charts()
+            with ui.card().classes("w-full"):
+                self._panels.append(FilterPanel(source, read_only))
+            if source.live:
+                with ui.card().classes("w-full"):
+                    ParameterPanel(source, read_only)
+                with ui.card().classes("w-full"):
+                    self._panels.append(DiagnosticsPanel(source))
+        ids = {
+            "scene": scene.id,
+            "body": body,
+            "ghost": ghost,
+            "wheels": wheels,
+            "tilt": tilt.id,
+            "error": error.id,
+        }
+        ui.timer(REFRESH, self._refresh)
+        client = ui.context.client
+
+        async def begin() -> None:
+            await client.connected()
+            client.run_javascript(f"twbr.start({index}, {ids})")
+
+        background_tasks.create(begin(), name="start of the pictures")
+
+    def _header(self) -> None:
+        with ui.row().classes("w-full items-center"):
+            ui.label(self._source.name).classes("text-h6")
+            self._chip = ui.badge("").classes("text-body1").props("data-mark=state")
+
+    def _refresh(self) -> None:
+        words, level = self._source.words()
+        self._chip.set_text(words)
+        self._chip.props(f"color={COLORS.get(level, 'grey')}")
+        for panel in self._panels:
+            panel.refresh()
+
+    def _charts(self) -> tuple[ui.echart, ui.echart]:
+        with ui.row().classes("w-full items-center"):
+            ui.label("Tilt [deg] against time [s]").classes("text-subtitle1")
+            ui.space()
+            ui.switch("pause", on_change=lambda event: self._run("pause", bool(event.value)))
+            ui.button("whole", on_click=lambda: self._run("zoomOut")).props("flat dense")
+        tilt = ui.echart(_chart()).classes("w-full h-72")
+        ui.label("Error of the active filter and its own 2-sigma band [deg]")
+        error = ui.echart(_chart(legend=False)).classes("w-full h-48")
+        return tilt, error
+
+    def _run(self, method: str, *arguments: bool) -> None:
+        values = [str(self._index), *(str(value).lower() for value in arguments)]
+        ui.run_javascript(f"twbr.{method}({', '.join(values)})")
+
+    def _scene(self, size: Geometry) -> tuple[ui.scene, str, str, str]:
+        """Draw the robot; forward is +x, and the camera stands to its right."""
+        radius, width, height = size.wheel_radius, size.track_width, size.body_height
+        scale = 1.0 / (height + 2.0 * radius)
+        radius, width, height = scale * radius, scale * width, scale * height
+        with ui.scene(height=260, grid=(4, 20), background_color="#f5f5f5").classes(
+            "w-full"
+        ) as scene:
+            scene.move_camera(x=0.5, y=-1.8, z=0.9, look_at_z=0.4, duration=0.0)
+            parts = []
+            for color, opacity in ((None, 1.0), (GHOST, 0.35)):
+                with scene.group().move(z=radius) as group:
+                    box = scene.box(0.35 * height, 0.8 * width, height).move(z=0.5 * height)
+                    box.material(color or "#1976d2", opacity)
+                parts.append(group.id)
+            with scene.group().move(z=radius) as wheels:
+                for side in (-0.5, 0.5):
+                    with scene.group().move(y=side * width):
+                        disc = scene.cylinder(radius, radius, 0.15 * width)
+                        disc.material("#424242")
+                        spoke = scene.box(1.8 * radius, 0.17 * width, 0.2 * radius)
+                        spoke.material("#ffc107")
+                        spoke.rotate(0.0, 0.0, 0.0)
+                        disc.rotate(0.0, 0.0, math.pi)
+        return scene, parts[0], parts[1], wheels.id
+
+
+def _chart(legend: bool = True) -> dict[str, object]:
+    return {
+        "animation": False,
+        "grid": {"left": 48, "right": 12, "top": 32 if legend else 8, "bottom": 28},
+        "legend": {"show": legend, "type": "scroll", "top": 0},
+        "tooltip": {"trigger": "axis"},
+        "xAxis": {"type": "value", "min": 0, "max": 30},
+        "yAxis": {"type": "value", "scale": True},
+        "dataZoom": [
+            {"type": "inside", "filterMode": "none"},
+            {"type": "inside", "yAxisIndex": 0, "filterMode": "none", "zoomOnMouseWheel": "shift"},
+        ],
+        "series": [],
+    }

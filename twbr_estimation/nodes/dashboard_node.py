@@ -1,0 +1,117 @@
+"""A web page for the robot: see it lean, switch its filter, change parameters, record.
+
+Serve the page on `http://localhost:8080`. Plain topics, services and parameters are used, so
+the nodes may run on another computer. Nothing is received while no browser looks. Bound to
+another address than this computer's, the page needs a token, which the log gives.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from ..dashboard.server import ServerSettings, serve
+from ..errors import TwbrError
+from ..parameters.bounds import Bounds, Meaning
+from .declarations import declarations_of, settings_from
+from .graph_robot import GraphRobot
+from .parameters import NodeParameters
+
+
+@dataclass(frozen=True, slots=True)
+class DashboardParameters:
+    """Parameters of the node."""
+
+    host: Annotated[
+        str,
+        Meaning("Address to serve on; 0.0.0.0 for every network of this computer, with a token."),
+    ] = "127.0.0.1"
+    port: Annotated[int, Bounds(1, 65535, "", "TCP port of the page.")] = 8080
+    token: Annotated[
+        str,
+        Meaning("What a browser on another computer must give; empty: a new one at each start."),
+    ] = ""
+    read_only: Annotated[
+        bool, Meaning("Whether the page only shows: no parameter, service or command is sent.")
+    ] = False
+    robots: Annotated[
+        tuple[str, ...],
+        Meaning("Namespaces of the robots to show, a tab each; empty is this node's own."),
+    ] = ("",)
+    record_folder: Annotated[str, Meaning("Folder for the recordings that the page makes.")] = (
+        "recordings"
+    )
+
+
+class DashboardNode(Node):
+    """Holds the parameters; what the page shows is a `GraphRobot` for each namespace."""
+
+    def __init__(self, **options: Any) -> None:
+        """Create the node and a robot for each namespace."""
+        super().__init__("dashboard_node", **options)
+        declared = declarations_of(DashboardParameters(), read_only=True)
+        self.settings = NodeParameters(
+            self, declared, lambda values: settings_from(DashboardParameters(), values)
+        ).current
+        # Fast topics are taken 30 times a second, so no executor wakes up for their messages.
+        self._taker = Node(
+            "dashboard_streams", namespace=self.get_namespace(), context=self.context
+        )
+        names = self.settings.robots or ("",)
+        self.robots = [
+            GraphRobot(self, self._taker, name, self.settings.record_folder) for name in names
+        ]
+
+    def destroy_node(self) -> None:
+        """End recordings and leave the graph."""
+        for robot in self.robots:
+            robot.end()
+        self._taker.destroy_node()
+        super().destroy_node()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Serve the page until the process is asked to stop."""
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    node: DashboardNode | None = None
+    executor = SingleThreadedExecutor()
+    try:
+        node = DashboardNode()
+        executor.add_node(node)
+        threading.Thread(target=_spin, args=(executor,), daemon=True).start()
+        settings = node.settings
+        server = ServerSettings(
+            settings.host, settings.port, settings.token, settings.read_only, "twbr"
+        ).secured()
+        logger = node.get_logger()
+        signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
+        serve(node.robots, server, lambda address: logger.info(f"open {address}"))
+    except TwbrError as error:
+        get_logger("dashboard_node").fatal(str(error))
+        return 1
+    except KeyboardInterrupt:
+        pass
+    finally:
+        executor.shutdown(timeout_sec=1.0)
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _spin(executor: SingleThreadedExecutor) -> None:
+    with suppress(ExternalShutdownException):
+        executor.spin()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
