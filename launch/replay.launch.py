@@ -8,15 +8,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import yaml
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
-from launch_ros.actions import Node
+from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction, Shutdown
+from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.configuration.files import configuration_files
 
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"
 SWITCH = ["true", "false"]
+RECORDED = (
+    "imu/data_raw",
+    "imu/temperature",
+    "joint_states",
+    "reference/joint_states",
+    "motor/command",
+)
+"""Topics of a recording that follow the nodes into a namespace."""
 
 
 def argument(
@@ -43,6 +52,10 @@ ARGUMENTS = (
     argument("compare", "all", "Filters beside it on tilt/compare: NAME,NAME or all."),
     argument("json", "", "File for the evaluator's figures; empty: none."),
     argument("shutdown", "true", "End everything after the last message.", switch=True),
+    argument("namespace", "", "Namespace of nodes and topics, those of the recording as well."),
+    argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
+    argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
+    argument("use_sim_time", "true", "Take the time from the recording's clock.", switch=True),
 )  # fmt: skip
 
 
@@ -52,17 +65,32 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     settings: list[object] = [str(path) for path in configuration(given["bag"], given["config"])]
     if given["settings"]:
         settings.append(given["settings"])
-    common = [str(CONFIG / "lossless.yaml"), {"use_sim_time": True}]
+    sim_time = {"use_sim_time": given["use_sim_time"] == "true"}
+    joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
+    common: list[object] = [lossless(given["namespace"]), sim_time]
     chosen: dict[str, object] = {"compare": given["compare"].split(",")}
     if given["filter"]:
         chosen["filter"] = given["filter"]
     evaluator = {"json_file": given["json"], "source": Path(given["bag"]).name}
-    return [
+    found = [
         node("evaluator_node", [*common, evaluator]),
-        node("filter_node", [*settings, *common, chosen]),
-        node("correction_node", [*settings, *common]),
+        node("filter_node", [*settings, *common, joints, chosen]),
+        node("correction_node", [*settings, *common, joints]),
         replay(given),
     ]
+    return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
+
+
+def lossless(namespace: str) -> dict[str, object]:
+    """Return lossless.yaml for topics in a namespace."""
+    content = yaml.safe_load((CONFIG / "lossless.yaml").read_text(encoding="utf-8"))
+    prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
+    topics = content["/**"]["ros__parameters"]["qos_overrides"]
+    return {
+        f"qos_overrides.{prefix}{topic}.subscription.{name}": value
+        for topic, policies in topics.items()
+        for name, value in policies["subscription"].items()
+    }
 
 
 def configuration(bag: str, config: str) -> list[Path]:
@@ -82,7 +110,8 @@ def replay(given: dict[str, str]) -> Node:
         "wait_for": ["imu/data_raw", "imu/data_corrected", "imu/data", "tilt/compare"],
     }
     done = [Shutdown(reason="the recording has been played")] if ends else None
-    return node("replay_node", [parameters], on_exit=done)
+    moved = [(f"/{topic}", topic) for topic in RECORDED] if given["namespace"] else []
+    return node("replay_node", [parameters], on_exit=done, remappings=moved)
 
 
 def node(executable: str, parameters: list[object], **options: object) -> Node:

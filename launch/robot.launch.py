@@ -4,6 +4,7 @@ ros2 launch twbr_estimation robot.launch.py
 ros2 launch twbr_estimation robot.launch.py config:=/home/pi/my_robot compare:=all
 ros2 launch twbr_estimation robot.launch.py controller:=lqr
 ros2 launch twbr_estimation robot.launch.py simulated:=true reference:=true
+ros2 launch twbr_estimation robot.launch.py imu_driver:=false encoder_driver:=false
 """
 
 from __future__ import annotations
@@ -39,6 +40,18 @@ ARGUMENTS = (
         "Folder with robot.yaml, calibration.yaml, filters.yaml; empty: the package's, without "
         "its calibration where the devices are simulated, because those have no errors.",
     ),
+    argument(
+        "imu_driver",
+        "true",
+        "Run mpu6050_node; false where another driver publishes imu/data_raw.",
+        switch=True,
+    ),
+    argument(
+        "encoder_driver",
+        "true",
+        "Run encoder_node; false where another driver publishes joint_states.",
+        switch=True,
+    ),
     argument("imu_params", str(CONFIG / "mpu6050.yaml"), "Parameter file of mpu6050_node."),
     argument("encoder_params", str(CONFIG / "encoders.yaml"), "Parameter file of encoder_node."),
     argument("filter", "", "Filter whose estimate is published; empty: as filters.yaml says."),
@@ -49,6 +62,9 @@ ARGUMENTS = (
     ),
     argument("composed", "false", "One process for all nodes but the evaluation.", switch=True),
     argument("namespace", "", "Namespace of nodes and topics."),
+    argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
+    argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
+    argument("use_sim_time", "false", "Take the time from /clock.", switch=True),
 )
 
 
@@ -66,22 +82,50 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     robot = [path for path in config if Path(path).name == "robot.yaml"]
     imu = [*robot, given["imu_params"], simulated]
     encoders = [given["encoder_params"], simulated]
+    common: dict[str, object] = {"use_sim_time": given["use_sim_time"] == "true"}
+    joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
     if given["composed"] == "true":
-        parameters = [*config, given["imu_params"], given["encoder_params"], simulated, chosen]
-        found = [node("estimation_node", parameters)]
+        files = [*config, given["imu_params"], given["encoder_params"]]
+        chosen["drivers"] = both_drivers(given)
+        found = [node("estimation_node", [*files, common, joints, simulated, chosen])]
     else:
         found = [
-            node("mpu6050_node", imu),
-            node("encoder_node", encoders),
-            node("correction_node", config),
-            node("filter_node", [*config, chosen]),
+            *([node("mpu6050_node", [*imu, common])] if given["imu_driver"] == "true" else []),
+            *(
+                [node("encoder_node", [*encoders, common])]
+                if given["encoder_driver"] == "true"
+                else []
+            ),
+            node("correction_node", [*config, common, joints]),
+            node("filter_node", [*config, common, joints, chosen]),
         ]
     if given["controller"]:
-        found.append(node("controller_node", [*config, {"controller": given["controller"]}]))
+        controller = {"controller": given["controller"]}
+        found.append(node("controller_node", [*config, common, joints, controller]))
     if given["reference"] == "true":
-        found.append(node("encoder_node", encoders, name="reference_encoder_node"))
-        found.append(node("evaluator_node", []))
+        found.append(node("encoder_node", [*encoders, common], name="reference_encoder_node"))
+        found.append(node("evaluator_node", [common]))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
+
+
+def drivers(imu: list[object], encoders: list[object], given: dict[str, str]) -> list[Node]:
+    """Return the drivers that are to run, with these parameters."""
+    wanted = []
+    if given["imu_driver"] == "true":
+        wanted.append(node("mpu6050_node", imu))
+    if given["encoder_driver"] == "true":
+        wanted.append(node("encoder_node", encoders))
+    return wanted
+
+
+def both_drivers(given: dict[str, str]) -> bool:
+    """Return whether the one process runs the drivers: both of them or none."""
+    drivers = {given["imu_driver"], given["encoder_driver"]}
+    if len(drivers) > 1:
+        raise ValueError(
+            "composed:=true runs both drivers or none; set imu_driver as encoder_driver"
+        )
+    return drivers == {"true"}
 
 
 def configuration(folder: str, simulated: bool) -> list[str]:

@@ -11,9 +11,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import yaml
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch_ros.actions import Node
+from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
+from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.nodes.declarations import declarations_of
 from twbr_estimation.simulation import WORLDS, world_named
@@ -22,6 +23,7 @@ from twbr_estimation.simulation.simulate import setups_of
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"
 SWITCH = ["true", "false"]
+WHEEL_JOINTS = ["left_wheel_joint", "right_wheel_joint"]
 SWITCHES = ("disturbed", "stay_down", "lockstep", "compiled")
 PATIENCE = 60.0
 """In lockstep: wall time [s] for which nobody takes a standing clock for a dead sensor."""
@@ -49,6 +51,10 @@ ARGUMENTS = (
     argument("compiled", "false", "Compile the plant: less load, a slower start.", SWITCH),
     argument("settings", str(CONFIG / "filters.yaml"), "Parameter file of the filters."),
     argument("json", "", "File for the evaluator's figures; empty: none."),
+    argument("namespace", "", "Namespace of nodes and topics."),
+    argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
+    argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
+    argument("use_sim_time", "false", "Take the time from /clock; in lockstep always.", SWITCH),
 )
 
 
@@ -56,9 +62,10 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     """Return the nodes that the arguments ask for."""
     given = context.launch_configurations
     in_lockstep = given["lockstep"] == "true"
-    common: list[Any] = []
-    if in_lockstep:
-        common = [str(CONFIG / "lossless.yaml"), {"use_sim_time": True}]
+    joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
+    lossless_topics = [lossless(given["namespace"])] if in_lockstep else []
+    sim_time = {"use_sim_time": in_lockstep or given["use_sim_time"] == "true"}
+    common: list[Any] = [*lossless_topics, sim_time]
     known = told(given["world"], int(given["seed"]))
     chosen: dict[str, Any] = {"filter": given["filter"]} if given["filter"] else {}
     if given["compare"]:
@@ -67,13 +74,26 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     standing = {"clock_timeout": PATIENCE} if in_lockstep else {}
     controller = {"controller": given["controller"]} if given["controller"] else {}
     source = {"json_file": given["json"], "source": f"world {given['world']}, seed {given['seed']}"}
-    return [
-        node("simulator_node", [*common[:1], simulator(given)]),
-        node("correction_node", [*common, known, patient]),
-        node("filter_node", [*common, given["settings"], known, chosen, patient]),
-        node("controller_node", [*common, known, controller, standing]),
+    found = [
+        node("simulator_node", [*lossless_topics, simulator(given)]),
+        node("correction_node", [*common, known, joints, patient]),
+        node("filter_node", [*common, given["settings"], known, joints, chosen, patient]),
+        node("controller_node", [*common, known, joints, controller, standing]),
         node("evaluator_node", [*common, source]),
     ]
+    return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
+
+
+def lossless(namespace: str) -> dict[str, Any]:
+    """Return lossless.yaml for topics in a namespace."""
+    content = yaml.safe_load((CONFIG / "lossless.yaml").read_text(encoding="utf-8"))
+    prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
+    topics = content["/**"]["ros__parameters"]["qos_overrides"]
+    return {
+        f"qos_overrides.{prefix}{topic}.subscription.{name}": value
+        for topic, policies in topics.items()
+        for name, value in policies["subscription"].items()
+    }
 
 
 def simulator(given: dict[str, str]) -> dict[str, Any]:
@@ -82,7 +102,14 @@ def simulator(given: dict[str, str]) -> dict[str, Any]:
     sensors = "registers" if given["drivers"] == "true" else "topics"
     # The filters were tuned at 2 ms; in lockstep a step must be whole periods of the IMU.
     periods = {} if switches["lockstep"] else {"imu_period": 0.002}
-    chosen = {"world": given["world"], "seed": int(given["seed"]), "sensors": sensors}
+    chosen: dict[str, Any] = {
+        "world": given["world"],
+        "seed": int(given["seed"]),
+        "sensors": sensors,
+    }
+    joints = [given["left_wheel_joint"], given["right_wheel_joint"]]
+    if joints != WHEEL_JOINTS:
+        chosen["wheel_joints"] = joints
     return {**chosen, **switches, **periods}
 
 

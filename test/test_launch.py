@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from twbr_estimation.errors import ConfigurationError
+
 launch = pytest.importorskip("launch", reason="needs ROS 2's launch")
 pytest.importorskip("launch_ros", reason="needs ROS 2's launch_ros")
 
@@ -54,6 +56,38 @@ def test_a_robot_starts_what_is_asked_for() -> None:
     assert started(path, reference="true") == [*separate, "encoder_node", "evaluator_node"]
     assert started(path, composed="true", compare="all") == ["estimation_node"]
     assert started(path, controller="lqr") == [*separate, "controller_node"]
+
+
+def test_a_robot_with_drivers_of_its_own_starts_the_rest() -> None:
+    path = FOLDER / "robot.launch.py"
+    rest = ["correction_node", "filter_node"]
+    assert started(path, imu_driver="false", encoder_driver="false") == rest
+    assert started(path, imu_driver="false") == ["encoder_node", *rest]
+    with pytest.raises(ValueError, match="composed"):
+        started(path, imu_driver="false", composed="true")
+
+
+@pytest.mark.parametrize("missing", ["/no/such/folder", "no_such.yaml"])
+def test_a_configuration_that_is_not_there_is_an_error(missing: str) -> None:
+    with pytest.raises(ConfigurationError, match="no such"):
+        started(FOLDER / "robot.launch.py", config=missing)
+    with pytest.raises(ConfigurationError, match="no such"):
+        started(FOLDER / "replay.launch.py", bag="bag", config=missing)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_every_launch_file_takes_namespace_joints_and_clock(path: Path) -> None:
+    names = {each.name for each in load(path).ARGUMENTS}
+    assert {"namespace", "left_wheel_joint", "right_wheel_joint", "use_sim_time"} <= names
+
+
+def test_topics_in_a_namespace_stay_lossless() -> None:
+    for name in ("replay", "simulation"):
+        module = load(FOLDER / f"{name}.launch.py")
+        plain, moved = module.lossless(""), module.lossless("robot1/")
+        assert plain["qos_overrides./imu/data_raw.subscription.reliability"] == "reliable"
+        assert moved["qos_overrides./robot1/imu/data_raw.subscription.reliability"] == "reliable"
+        assert len(plain) == len(moved)
 
 
 def test_a_replay_starts_the_whole_graph(tmp_path: Path) -> None:

@@ -264,6 +264,10 @@ class Calibration:
                 )
 
 
+LONGEST_PERIOD = 0.1
+"""Sampling period [s] that a negative time constant is checked against where none is known."""
+
+
 @dataclass(frozen=True, slots=True)
 class CorrectionSettings:
     """Which motion terms are removed, and how strongly their inputs are smoothed.
@@ -303,10 +307,11 @@ class CorrectionSettings:
     def __post_init__(self) -> None:
         require_bounds(self, "correction.")
         for name in ("rate_time_constant", "velocity_time_constant"):
-            value, limit = getattr(self, name), -0.5 * self.dt
-            if self.dt > 0.0 and value <= limit:
+            period = self.dt or LONGEST_PERIOD
+            value, limit = getattr(self, name), -0.5 * period
+            if value <= limit:
                 raise ConfigurationError(
-                    f"correction.{name}: {value} s is not above {limit} s (-dt/2, dt = {self.dt} s)"
+                    f"correction.{name}: {value} s is not above {limit} s (-dt/2, dt = {period} s)"
                 )
 
 

@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.messages import set_stamp, set_tilt
 from twbr_estimation.nodes.estimator_inputs import FLOAT64
-from twbr_estimation.nodes.evaluator_node import FIGURES, EvaluatorNode
+from twbr_estimation.nodes.evaluator_node import FIGURES, MOST_ESTIMATORS, EvaluatorNode
 
 TOPICS = ("imu/data", "tilt/compare", "reference/joint_states", "other/imu", "their/joints")
 PERIOD = 2_000_000
@@ -305,3 +305,18 @@ def test_a_run_without_data_ends_cleanly_and_says_so(python: str) -> None:
     assert result.returncode == 0, result.stderr
     assert "no estimate has been compared" in result.stdout + result.stderr
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("name", ["my-filter", "my filter", "1st", "a__b", "", "x" * 300, "ü/.."])
+def test_any_joint_name_has_figures(graph: Any, peer: Any, name: str) -> None:
+    node = graph.add(EvaluatorNode(**graph.options()))
+    graph.settle()
+    assert node._figure(name, "mse_deg2") is node._figure(name, "mse_deg2")
+
+
+def test_the_number_of_estimators_is_bounded(graph: Any) -> None:
+    node = graph.add(EvaluatorNode(**graph.options()))
+    for index in range(1000):
+        node._on_compare(10**9 + index, (f"joint{index}",), (0.1,))
+    assert len(node._live._estimators) <= MOST_ESTIMATORS
+    assert node.report().values["estimators_left_out"] == 1000 - (MOST_ESTIMATORS - 1)

@@ -165,3 +165,26 @@ def test_the_process_ends_at_the_end_or_without_a_graph(
     assert result.returncode == status, result.stderr
     assert said in result.stdout + result.stderr
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind", "why"),
+    [
+        ("/option/Auto Exposure/value", "std_msgs/msg/Float64", "topic name"),
+        ("/x", "", "not of the form"),
+        ("/x", "unknown type", "not of the form"),
+        ("/x", "no_such_package/msg/Thing", "not installed"),
+        ("/x//y", "std_msgs/msg/Float64", "opic name"),
+        ("/1/y", "std_msgs/msg/Float64", "opic name"),
+        ("", "std_msgs/msg/Float64", "opic name"),
+    ],
+)
+def test_what_ros_has_no_name_for_is_left_out_and_named(
+    graph: Any, tmp_path: Path, topic: str, kind: str, why: str
+) -> None:
+    node = replay(graph, make_bag(tmp_path, 3), paused=True)
+    said: list[str] = []
+    node.get_logger().warning = said.append
+    node._announce(topic, kind)
+    assert topic not in node._publishers_by_topic
+    assert len(said) == 1 and why in said[0] and repr(topic) in said[0]

@@ -189,9 +189,11 @@ def configuration_files(path: PathLike) -> list[Path]:
     """Return the configuration files of a folder, or the one file that `path` is.
 
     Raises:
-        ConfigurationError: the folder holds none.
+        ConfigurationError: there is no such path, or the folder holds none.
     """
     path = Path(path)
+    if not path.exists():
+        raise ConfigurationError(f"{path}: there is no such file or folder")
     if not is_folder(path):
         return [path]
     found = [path / name for name in FILES if (path / name).is_file()]

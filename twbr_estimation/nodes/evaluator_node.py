@@ -12,6 +12,7 @@ new recording begins in table and JSON.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -43,6 +44,9 @@ PROGRESS_PERIOD = 0.05
 SILENCE = 1_000_000_000
 """A source whose last stamp is older than this [ns] does not hold up `~/progress`."""
 REFERENCE = "reference"
+MOST_ESTIMATORS = 64
+"""Estimators that are compared; names beyond are counted."""
+_NO_TOKEN = re.compile(r"[^A-Za-z0-9_]+|__+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +129,8 @@ class EvaluatorNode(GuardedNode):
         self._finished: list[RecordingScore] = []
         self._ended = False
         self._unreadable = self._received = self._told = 0
+        self._names = set(self._settings.topics())
+        self._left_out = 0
         self._last_stamps: dict[str, int] = {}
         self._figures: dict[tuple[str, str], Any] = {}
         self._subscribe()
@@ -173,7 +179,11 @@ class EvaluatorNode(GuardedNode):
 
     def _on_compare(self, stamp: int, names: tuple[str, ...], tilts: tuple[float, ...]) -> None:
         for name, tilt in zip(names, tilts, strict=True):
-            self._live.add_estimate(name, stamp, tilt)
+            if name in self._names or len(self._names) < MOST_ESTIMATORS:
+                self._names.add(name)
+                self._live.add_estimate(name, stamp, tilt)
+            else:
+                self._left_out += 1
         self._note("tilt/compare", stamp)
 
     def _on_reference(self, stamp: int, names: tuple[str, ...], tilts: tuple[float, ...]) -> None:
@@ -230,7 +240,7 @@ class EvaluatorNode(GuardedNode):
     def _figure(self, name: str, figure: str) -> Any:
         publisher = self._figures.get((name, figure))
         if publisher is None:
-            publisher = self.create_publisher(Float64, f"~/{name}/{figure}", published())
+            publisher = self.create_publisher(Float64, f"~/{_token(name)}/{figure}", published())
             self._figures[name, figure] = publisher
         return publisher
 
@@ -240,6 +250,7 @@ class EvaluatorNode(GuardedNode):
         values: dict[str, object] = {
             "recordings_finished": len(self._finished),
             "unreadable_messages": self._unreadable + sum(each.unreadable for each in self._inputs),
+            "estimators_left_out": self._left_out,
             **{f"{name}.not_used": count for name, count in self._live.refused.items()},
         }
         for name, score in scores.items():
@@ -286,6 +297,12 @@ class EvaluatorNode(GuardedNode):
         """Finish, then destroy the node."""
         self.finish()
         super().destroy_node()
+
+
+def _token(name: str) -> str:
+    """Return an estimator's name as a part of a topic's: letters, digits and _."""
+    token = _NO_TOKEN.sub("_", name)[:80].strip("_") or "unnamed"
+    return f"n{token}" if token[0].isdigit() else token
 
 
 def main(arguments: list[str] | None = None) -> int:

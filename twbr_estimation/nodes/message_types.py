@@ -14,9 +14,11 @@ def message_type(name: str) -> Any:
     """Return the message class of a type such as `sensor_msgs/msg/Imu`.
 
     Raises:
-        ConfigurationError: the package of that type is not installed.
+        ConfigurationError: no name of a type, or its package is not installed.
     """
     package, _, kind = name.partition("/")
+    if not (package.isidentifier() and kind.rpartition("/")[2].isidentifier()):
+        raise ConfigurationError(f"message type {name!r} is not of the form package/msg/Name")
     try:
         return getattr(import_module(f"{package}.msg"), kind.rpartition("/")[2])
     except (ImportError, AttributeError):

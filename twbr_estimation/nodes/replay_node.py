@@ -18,6 +18,7 @@ from typing import Annotated, Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidTopicNameException
 from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import Trigger
 
@@ -171,15 +172,16 @@ class ReplayNode(GuardedNode):
         return player
 
     def _announce(self, topic: str, name: str) -> None:
-        """Create the publisher of a recorded topic; unknown types are not played."""
+        """Create the publisher of a recorded topic; what ROS 2 has no name for is not played."""
         try:
             kind = message_type(name)
-        except ConfigurationError as error:
-            self.get_logger().warning(f"{topic} is not played: {error}")
+            self._publishers_by_topic[topic] = self.create_publisher(
+                kind, topic, published(), qos_overriding_options=overridable()
+            )
+        except (ConfigurationError, InvalidTopicNameException) as error:
+            why = " ".join(str(error).split())
+            self.get_logger().warning(f"{topic!r} is not played: {why}")
             return
-        self._publishers_by_topic[topic] = self.create_publisher(
-            kind, topic, published(), qos_overriding_options=overridable()
-        )
         if has_header(kind):
             self._stamped.add(topic)
 
@@ -301,7 +303,17 @@ class ReplayNode(GuardedNode):
         if player.stalls:
             text = "a followed topic stopped reporting: messages may have been lost"
             return Report(Level.WARN, text, values)
+        if player.other_clocks:
+            return Report(Level.WARN, self._other_clocks(), values)
         return Report(Level.OK, "paused" if player.paused else self._state, values)
+
+    def _other_clocks(self) -> str:
+        """Return which topics are stamped by another clock than the recorder's."""
+        found = ", ".join(
+            f"{topic} by {gap:+.6g} s" for topic, gap in self.player.other_clocks.items()
+        )
+        moved = "both begin now" if self._settings.restamp else "restamp:=true lets both begin now"
+        return f"stamps differ from the recorder's clock: {found}; {moved}"
 
     def _end_if_finished(self) -> None:
         if not self._finished.is_set():

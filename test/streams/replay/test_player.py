@@ -9,7 +9,13 @@ import time
 import pytest
 
 from twbr_estimation.streams.replay.pacing import Pace, Window
-from twbr_estimation.streams.replay.player import Player, Stretch, shifted, stamp_of
+from twbr_estimation.streams.replay.player import (
+    HeaderClocks,
+    Player,
+    Stretch,
+    shifted,
+    stamp_of,
+)
 
 SECOND = 1_000_000_000
 
@@ -149,3 +155,54 @@ def test_stamps_shift_and_all_else_stays(shift: int, order: str) -> None:
     stamp, moved = shifted(content, shift)
     assert stamp == stamp_of(moved) == 9 * SECOND + 999_999_999 + shift
     assert moved[:4] == head and moved[12:] == b"rest"
+
+
+class DeviceTape(Tape):
+    """Topic `a` is stamped by a device that was switched on 3 s before, `b` by the recorder."""
+
+    def message(self, index: int) -> tuple[str, bytes]:
+        topic = "ab"[index % 2]
+        return topic, stamped(self._times[index] - (self._times[0] - 3 * SECOND) * (topic == "a"))
+
+
+def test_stamps_of_another_clock_begin_now_too() -> None:
+    tape, sink = DeviceTape(50, start=10**9 * SECOND), Collector()
+    player = Player(tape, sink, Pace(0.0), Stretch(restamp=True))
+    play(player)
+    assert sink.stamps == [100 * SECOND + 1_000_000 * index for index in range(50)]
+    assert sink.clock[0] == 100 * SECOND
+    assert player.other_clocks == {"a": pytest.approx(3.0 - 1e9)}
+
+
+def test_without_restamp_stamps_of_another_clock_stay_and_are_named() -> None:
+    tape, sink = DeviceTape(50, start=10**9 * SECOND), Collector()
+    player = Player(tape, sink, Pace(0.0))
+    play(player)
+    assert sink.stamps[:2] == [3 * SECOND, tape.time(1)]
+    assert list(player.other_clocks) == ["a"]
+
+
+def test_topics_of_one_other_clock_keep_their_distance() -> None:
+    clocks = HeaderClocks(7 * SECOND, restamp=True)
+    first = clocks.shift("imu", 3 * SECOND, 1000 * SECOND)
+    assert 3 * SECOND + first == 1007 * SECOND
+    assert clocks.shift("joints", 4 * SECOND, 1002 * SECOND) == first
+    assert clocks.shift("other", 500 * SECOND, 1002 * SECOND) == 509 * SECOND
+
+
+def test_a_stamp_stays_within_a_header() -> None:
+    for stamp, shift in ((5, -10 * SECOND), ((2**31 - 1) * SECOND, 10 * SECOND)):
+        moved, content = shifted(stamped(stamp), shift)
+        assert moved == stamp_of(content) and 0 <= moved < 2**31 * SECOND
+
+
+def test_a_message_too_short_for_a_header_is_passed_on() -> None:
+    class Short(Tape):
+        def message(self, index: int) -> tuple[str, bytes]:
+            return "a", b"\0\1\0\0" + bytes(12) if index else b"\0\1\0\0"
+
+    received: list[bytes] = []
+    sink = Collector()
+    sink.publish = lambda topic, content: received.append(content)  # type: ignore[method-assign]
+    play(Player(Short(2), sink, Pace(0.0)))
+    assert list(map(len, received)) == [4, 16]

@@ -17,7 +17,11 @@ STALL_LIMIT = 2.0
 """At rate 0: messages under way are given up when nobody reports for this long [s]."""
 DRAIN_LIMIT = 0.5
 """The same at the end of a pass, where consumers may keep the last samples [s]."""
+CLOCK_GAP = 10_000_000_000
+"""A header stamp further from the recorded time [ns] is of another clock than the recorder's."""
 _SECOND = 1_000_000_000
+LAST_STAMP = (2**31 - 1) * _SECOND + _SECOND - 1
+"""The latest stamp that a header can hold [ns]."""
 _STAMP = 4
 """Offset of the stamp in a serialised message that begins with a header."""
 
@@ -71,7 +75,42 @@ class Stretch:
     duration: float = 0.0
     """Time that is played from there [s]; 0 is all."""
     restamp: bool = False
-    """Shift stamps so that each pass begins now."""
+    """Shift stamps so that each pass begins now, whatever clock they are of."""
+
+
+class HeaderClocks:
+    """By how much the header stamps of each topic are shifted in one pass.
+
+    Stamps of the recorder's clock move with the recorded times. Those of a device or a simulation
+    move as far as lets the first of them be its recorded time; topics of one such clock together.
+    """
+
+    def __init__(self, shift: int, restamp: bool) -> None:
+        """`shift`: of the recorded times [ns]; `restamp`: whether other clocks move, too."""
+        self._shift, self._restamp = shift, restamp
+        self._shifts: dict[str, int] = {}
+        self._clocks: list[tuple[int, int]] = []  # offset from the recorder's clock, shift
+        self.gaps: dict[str, float] = {}
+        """Offset of the topics' clocks that are not the recorder's [s]."""
+
+    def shift(self, topic: str, stamp: int, recorded: int) -> int:
+        """Return the shift [ns] of a topic, decided at its first message."""
+        found = self._shifts.get(topic)
+        if found is None:
+            found = self._shifts[topic] = self._decided(topic, stamp - recorded)
+        return found
+
+    def _decided(self, topic: str, offset: int) -> int:
+        if abs(offset) <= CLOCK_GAP:
+            return self._shift
+        self.gaps[topic] = offset * 1e-9
+        if not self._restamp:
+            return self._shift
+        for known, shift in self._clocks:
+            if abs(offset - known) <= CLOCK_GAP:
+                return shift
+        self._clocks.append((offset, self._shift - offset))
+        return self._shift - offset
 
 
 class Player:
@@ -101,6 +140,8 @@ class Player:
         """Whether to begin again at the end."""
         self.position = 0
         """Recorded time that was reached [ns]."""
+        self.other_clocks: dict[str, float] = {}
+        """By how much topics are stamped by another clock than the recorder's [s]."""
         self.played = self.passes = self.stalls = 0
         """Messages sent, passes ended, and times that consumers stopped reporting."""
 
@@ -164,6 +205,8 @@ class Player:
         begin = self._source.time(first)
         shift = self._sink.now() - begin if self._stretch.restamp else 0
         next_clock = begin
+        clocks = HeaderClocks(shift, self._stretch.restamp)
+        self.other_clocks = clocks.gaps
         with self._woken:
             self._pace.start_at(begin, time.monotonic())
         if self._window is not None:
@@ -177,7 +220,7 @@ class Player:
                 self._sink.publish_clock(recorded + shift)
                 next_clock = recorded + CLOCK_PERIOD
             topic, content = self._source.message(index)
-            self._send(topic, content, shift, topic in stamped)
+            self._send(topic, content, recorded, clocks if topic in stamped else None)
             if self._window is None and self._pace.rate == 0.0 and self.played % flush_every == 0:
                 self._sink.flush()
         if self._window is not None and self._limited():
@@ -204,8 +247,9 @@ class Player:
                 self._woken.wait(None if delay == float("inf") else delay)
         return False
 
-    def _send(self, topic: str, content: bytes, shift: int, stamped: bool) -> None:
-        if stamped:
+    def _send(self, topic: str, content: bytes, recorded: int, clocks: HeaderClocks | None) -> None:
+        if clocks is not None and len(content) >= _STAMP + 8:
+            shift = clocks.shift(topic, stamp_of(content), recorded)
             stamp, content = shifted(content, shift)
             if self._window is not None and self._limited():
                 self.stalls += not self._window.send(topic, stamp, STALL_LIMIT)
@@ -214,8 +258,11 @@ class Player:
 
 
 def shifted(content: bytes, shift: int) -> tuple[int, bytes]:
-    """Return a serialised message's header stamp moved by `shift` [ns], and the message with it."""
-    stamp = stamp_of(content) + shift
+    """Return a serialised message's header stamp moved by `shift` [ns], and the message with it.
+
+    A stamp that would leave the range of a header stays at its end.
+    """
+    stamp = min(max(stamp_of(content) + shift, 0), LAST_STAMP)
     if shift == 0:
         return stamp, content
     moved = struct.pack(_form(content), *divmod(stamp, _SECOND))
