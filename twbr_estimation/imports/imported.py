@@ -132,7 +132,14 @@ def matlab_variables(path: Path, names: tuple[str, ...]) -> dict[str, FloatArray
 
     try:
         content = loadmat(str(path), squeeze_me=True)
-    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
+    except (
+        OSError,
+        ValueError,
+        TypeError,
+        IndexError,  # scipy before 1.12, of a file that is cut off
+        NotImplementedError,
+        MatReadError,
+    ) as error:
         raise RecordingError(f"{path}: not a MATLAB file: {error}") from error
     if missing := [name for name in names if name not in content]:
         raise RecordingError(f"{path}: has no variable {', '.join(missing)}")
