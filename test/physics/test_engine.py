@@ -30,7 +30,7 @@ from twbr_estimation.simulation.worlds import IDEAL
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: extra `physics`")
 
 STEP = 0.0005
-FREE_ROBOT = Robot(torque_constant=1e-9, back_emf_constant=1e-9)
+FREE_ROBOT = Robot(torque_constant=1e-5, back_emf_constant=1e-5)
 """Its motors do nothing; the friction of its gears is taken away in `engine_of`."""
 
 
