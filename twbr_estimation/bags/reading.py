@@ -203,7 +203,8 @@ class _Reader:
         if request is None or request not in self.contents.columns:
             topic = getattr(self.names, role)
             if role in self.required or not (topic == "" or self.names.is_default(role)):
-                raise self._missing(f"`topics.{role}`", topic)
+                smooth = "; `smooth` makes a reference" if role == "reference" else ""
+                raise self._missing(f"`topics.{role}`", topic, smooth)
             return None
         joint = "wheel_joints" if role == "joint_states" else "reference_joint"
         return self._with_joint(request, f"`topics.{joint}`")
@@ -222,13 +223,14 @@ class _Reader:
             )
         return columns
 
-    def _missing(self, argument: str, topic: str) -> RecordingError:
+    def _missing(self, argument: str, topic: str, remedy: str = "") -> RecordingError:
         types = self.contents.types
         if topic in types:
             return RecordingError(f"{self.path}: {topic} holds no messages{self._damage()}")
         there = "".join(f"\n  {name} [{kind}]" for name, kind in sorted(types.items()))
         return RecordingError(
-            f"{self.path}: there is no topic {topic!r} (name the right one with {argument}); "
+            f"{self.path}: there is no topic {topic!r} "
+            f"(name the right one with {argument}{remedy}); "
             + (f"there are:{there}" if there else f"there are no topics at all{self._damage()}")
         )
 

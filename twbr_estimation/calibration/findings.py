@@ -196,6 +196,8 @@ def geometry_findings(result: GeometryResult, before: Setup) -> Findings:
             f"the wheel encoder holds {turn.value:.2f} +- {turn.error:.2f} of the body's turn: "
             f"encoder_placement is {result.placement.value}, was {old.encoder_placement.value}"
         )
+    elif turn.value is not None:
+        notes.append(turn.reason)
     if result.setup.robot.mounting == old.mounting and result.estimates["mounting pitch"].value:
         notes.append("mounting pitch: no clear contradiction to the configured value, which stays")
     if result.share > 0.0:

@@ -31,6 +31,9 @@ MOUNTING_MARGIN = 3.0
 """The mounting stays as configured unless it is this many standard errors off: held poses tell
 it twenty times better than a drive."""
 
+UNSEEN_PLACEMENT = 0.03
+"""Standard uncertainty of lengths where the placement is taken as known, as a share of them."""
+LENGTHS = ("wheel radius", "lever arm z")
 LIMITS = {
     "wheel radius": 0.002,
     "lever arm x": 0.01,
@@ -66,7 +69,7 @@ class GeometryResult:
     body_turn: Estimate
     """Share of the body's turn in the encoder: 1 on the body, 0 referred to ground."""
     placement: EncoderPlacement | None
-    """What that means; None where it is not clear."""
+    """What that means; None where it is not clear and the configured one was taken as known."""
     share: float
     """Share of the drives in which the accelerometer was usable."""
 
@@ -91,8 +94,11 @@ def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> Geometr
     if wheeled:
         turn, placement, share = _placement(wheeled, gyro)
     names = ("wheel radius", "lever arm x", "lever arm z", "mounting pitch", "wheel delay")
-    if placement is None:
+    if not wheeled:
         found.update({name: Estimate(None, None, turn.reason) for name in names})
+    elif placement is None:
+        taken = setup.robot.encoder_placement
+        found.update(_less_certain(_kinematic_estimates(wheeled, gyro, taken, setup)))
     else:
         found.update(_kinematic_estimates(wheeled, gyro, placement, setup))
     told = {name: _limited(name, estimate) for name, estimate in found.items()}
@@ -130,12 +136,26 @@ def _placement(
     near = round(turn)
     if near not in (0, 1) or abs(turn - near) > PLACEMENT_MARGIN or error > PLACEMENT_ERROR:
         reason = (
-            f"the encoder holds {turn:.2f} +- {error:.2f} of the body's turn, neither 0 nor 1: too "
-            "little motion, or readings taken in step with the controller"
+            f"the drives do not show the encoder's placement ({turn:.2f} +- {error:.2f} of the "
+            "body's turn, neither 0 nor 1): too little motion, or readings taken in step with the "
+            "controller; robot.encoder_placement is taken as known"
         )
         return Estimate(turn, error, reason), None, fit.share
     placement = EncoderPlacement.BODY if near == 1 else EncoderPlacement.GROUND
     return Estimate(turn, error), placement, fit.share
+
+
+def _less_certain(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Return estimates for a placement that was taken as known, with what that may cost.
+
+    Readings that hide the placement distort lengths, too: by some 3 %.
+    """
+    return {
+        name: replace(each, error=math.hypot(each.error, UNSEEN_PLACEMENT * each.value))
+        if each.value is not None and each.error is not None and name in LENGTHS
+        else each
+        for name, each in estimates.items()
+    }
 
 
 def _kinematic_estimates(

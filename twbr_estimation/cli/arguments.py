@@ -35,6 +35,7 @@ FLAGS = {
     "overwrite": "--overwrite",
     "columns": "--columns",
     "axis": "--axis",
+    "smooth": "--smooth",
     **{f"topics.{role}": f"--{role.replace('_', '-')}-topic" for role in ROLES},
     "topics.wheel_joints": "--wheel-joints",
     "topics.reference_joint": "--reference-joint",
@@ -92,8 +93,8 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         "--config",
         type=Path,
         metavar="DIR",
-        help="folder with robot.yaml, calibration.yaml, filters.yaml; "
-        "default: the folder `config` inside the recording, where there is one",
+        help="folder with robot.yaml, calibration.yaml, filters.yaml; files it lacks, by default "
+        "all, come from the folder `config` inside the recording",
     )
 
 

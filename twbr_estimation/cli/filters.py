@@ -12,7 +12,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from ..filters import Filter, Parameter, filters, listed_filters
+from ..filters import Filter, Parameter, filter_named, filters, listed_filters
 
 
 def add_parser(subparsers: Any) -> None:
@@ -22,6 +22,7 @@ def add_parser(subparsers: Any) -> None:
     )
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="filters to show in full")
     form.add_argument("--markdown", action="store_true", help="print the page docs/filters.md")
     parser.set_defaults(run=run)
 
@@ -35,9 +36,26 @@ def run(arguments: argparse.Namespace) -> int:
         print(markdown_page(), end="")
         return 0
     console = Console()
-    for entry in listed_filters().values():
+    if not arguments.names:
+        console.print(_list())
+        console.print("twbr filters NAME... shows parameters; all shows those of every filter")
+        return 0
+    everything = "all" in arguments.names
+    names = listed_filters() if everything else dict.fromkeys(arguments.names)
+    for entry in [filter_named(name) for name in names]:
         _print_filter(console, entry)
     return 0
+
+
+def _list() -> Table:
+    table = Table(box=None, padding=(0, 1))
+    table.add_column("filter", no_wrap=True)
+    table.add_column("period", no_wrap=True, justify="right")
+    table.add_column("what it is", ratio=1)
+    for entry in listed_filters().values():
+        period = "any" if entry.tuned_dt is None else f"{1e3 * entry.tuned_dt:g} ms"
+        table.add_row(entry.name, period, f"{entry.title} {entry.source}")
+    return table
 
 
 def description(entry: Filter) -> dict[str, Any]:
@@ -79,10 +97,10 @@ def _print_filter(console: Console, entry: Filter) -> None:
 
 
 def _table(parameters: tuple[Parameter, ...]) -> Table:
-    table = Table(box=None, padding=(0, 2))
+    table = Table(box=None, padding=(0, 1))
     for heading in ("parameter", "default", "range", "unit"):
         table.add_column(heading, no_wrap=True)
-    table.add_column("meaning")
+    table.add_column("meaning", ratio=1, min_width=20)
     for parameter in parameters:
         bounds = parameter.bounds
         table.add_row(

@@ -15,7 +15,7 @@ from rich.progress import Progress
 
 from ..disk.writing import write_text
 from ..errors import ConfigurationError
-from ..report.data import collect
+from ..report.data import RecordingReport, collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
 from ..report.traces import styles_of, traces_of
@@ -60,13 +60,20 @@ def run(arguments: argparse.Namespace) -> int:
         for report, picture in zip(reports, pictures, strict=True):
             progress.update(task, description=f"drawing {escape(str(picture))}")
             traces = traces_of(report, styles_of(reports))
-            tilt_picture(traces, report.runs.recording.source, picture)
+            tilt_picture(traces, _title(report), picture)
             progress.advance(task)
     finish_compiling(request, console)
     for path in (page, *pictures):
         size = path.stat().st_size / 1e6
         print(f"{path} ({size:.1f} MB)")
     return 0
+
+
+def _title(report: RecordingReport) -> str:
+    """Return the title of a picture; a smoothed reference must not look like an encoder."""
+    source = report.runs.recording.source
+    smoothed = report.reference.startswith("smoothed")
+    return f"{source}; reference: {report.reference}" if smoothed else source
 
 
 def _pictures(folder: Path, count: int) -> list[Path]:

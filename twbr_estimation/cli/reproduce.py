@@ -92,12 +92,37 @@ def _pictures(parts: Sequence[str], path: Path | None) -> dict[str, Path]:
 
 def _print(console: Console, found: Sequence[PrintedTable]) -> None:
     for each in found:
-        table = Table(title=escape(each.title), title_justify="left")
-        for heading in each.headings:
-            table.add_column(escape(heading), overflow="fold")
-        for row in each.rows:
-            table.add_row(*map(escape, row))
-        console.print(table)
+        if _width(each) <= console.width:
+            console.print(_columns(each))
+        else:
+            _print_lines(console, each)
+
+
+def _width(printed: PrintedTable) -> int:
+    """Return the width of a table in which no cell is broken."""
+    rows = [printed.headings, *printed.rows]
+    return 1 + sum(3 + max(map(len, column)) for column in zip(*rows, strict=True))
+
+
+def _columns(printed: PrintedTable) -> Table:
+    table = Table(title=escape(printed.title), title_justify="left")
+    for heading in printed.headings:
+        table.add_column(escape(heading), no_wrap=True)
+    for row in printed.rows:
+        table.add_row(*map(escape, row))
+    return table
+
+
+def _print_lines(console: Console, printed: PrintedTable) -> None:
+    """Print a table that is too wide: a row as one name and its figures, a line each."""
+    console.print(escape(printed.title), style="italic", soft_wrap=True)
+    longest = max(map(len, printed.headings[1:]))
+    for row in printed.rows:
+        console.print(escape(row[0]), style="bold", highlight=False, soft_wrap=True)
+        for heading, cell in zip(printed.headings[1:], row[1:], strict=True):
+            if cell:
+                text = escape(f"  {heading:{longest}}  {cell}")
+                console.print(text, highlight=False, soft_wrap=True)
 
 
 def _write(target: str, text: str) -> None:

@@ -6,7 +6,7 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from datetime import datetime, timezone
 from functools import partial
@@ -217,11 +217,21 @@ def _print(console: Console, result: TuningResult) -> None:
         searched = tunable(filter_named(each.name))
         values = ", ".join(f"{name} {each.values[name]:.5g}" for name in searched)
         console.print(f"{each.name}: {values}", highlight=False, soft_wrap=True)
-    warnings = [*result.warnings, *(text for each in result.filters for text in each.warnings)]
+    warnings = list(result.warnings)
+    warnings += _folded(text for each in result.filters for text in each.warnings)
     if not result.verification:
         warnings.append("nothing was verified; --verify takes other recordings")
     for warning in dict.fromkeys(warnings):
         console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
+
+
+def _folded(warnings: Iterable[str]) -> list[str]:
+    """Return warnings that differ in the parameter's name only as one line."""
+    owners: dict[str, list[str]] = {}
+    for text in warnings:
+        owner, colon, rest = text.partition(": ")
+        owners.setdefault(rest if colon else text, []).append(owner if colon else "")
+    return [f"{', '.join(names)}: {rest}" if any(names) else rest for rest, names in owners.items()]
 
 
 def _table(result: TuningResult) -> Table:

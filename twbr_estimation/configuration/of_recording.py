@@ -9,7 +9,7 @@ from pathlib import Path
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..robot import Setup
-from .files import read_settings, read_setup
+from .files import FILES, read_settings, read_setup
 from .filter_settings import Settings
 from .presets import preset
 
@@ -27,19 +27,17 @@ def configuration(
     Args:
         path: the recording; its own `config` folder is used where `config` is None.
         dt: its sampling period [s], by which a preset chooses its row.
-        config: folder with configuration files.
+        config: folder with configuration files; those it lacks come from the recording.
         preset_name: rules over the filter and correction settings of the files.
 
     Raises:
         ConfigurationError: unreadable or wrong files, or an unknown preset.
     """
-    folder = config or path / CONFIG_FOLDER
-    if config is not None and not is_folder(config):
-        raise ConfigurationError(f"{config}: there is no such configuration folder")
-    if not is_folder(folder):
-        setup, settings = Setup(), Settings()
+    files = configuration_files(path, config)
+    if files:
+        setup, settings = read_setup(*files), read_settings(*files)
     else:
-        setup, settings = read_setup(folder), read_settings(folder)
+        setup, settings = Setup(), Settings()
     if preset_name is None:
         return setup, settings
     correction, settings = preset(preset_name, dt)
@@ -47,6 +45,35 @@ def configuration(
         return setup, settings
     kept = {name: getattr(setup.correction, name) for name in TERMS}
     return replace(setup, correction=replace(correction, **kept)), settings
+
+
+def configuration_files(path: Path, config: Path | None = None) -> tuple[Path, ...]:
+    """Return the files that configure a recording: those of `config`, else the recording's own.
+
+    Raises:
+        ConfigurationError: `config` is no folder, or holds none of the files.
+    """
+    if config is not None:
+        if not is_folder(config):
+            raise ConfigurationError(f"{config}: there is no such configuration folder")
+        if not any((config / name).is_file() for name in FILES):
+            raise ConfigurationError(f"{config}: holds none of {', '.join(FILES)}")
+    folders = [folder for folder in (config, path / CONFIG_FOLDER) if folder is not None]
+    found = (
+        next((folder / name for folder in folders if (folder / name).is_file()), None)
+        for name in FILES
+    )
+    return tuple(file for file in found if file is not None)
+
+
+def origin_of(path: Path, config: Path | None = None) -> str:
+    """Return where each file comes from, in words, where they come from two folders; else ''."""
+    by_folder: dict[Path, list[str]] = {}
+    for file in configuration_files(path, config):
+        by_folder.setdefault(file.parent, []).append(file.name)
+    if len(by_folder) < 2:
+        return ""
+    return "; ".join(f"{', '.join(names)} from {folder}" for folder, names in by_folder.items())
 
 
 def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..bags import TopicNames, read_recording
-from ..configuration.of_recording import CONFIG_FOLDER, TERMS, configuration, with_terms
+from ..configuration.of_recording import CONFIG_FOLDER, TERMS, configuration, origin_of, with_terms
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..samples import RESTART_GAP
@@ -33,8 +33,8 @@ def load(
 
     Args:
         path: a bag (MCAP, SQLite or ROS 1), as folder or file.
-        config: folder with robot.yaml, calibration.yaml, filters.yaml; by default the folder
-            `config` in the recording.
+        config: folder with robot.yaml, calibration.yaml, filters.yaml; files it lacks come from
+            the folder `config` in the recording, as all do by default.
         preset: name of filter settings of the package, in place of those of the folder.
         terms: motion terms that the correction removes; by default as configured.
         loop_period: period [s] for which samples are combined before the filters; 0 takes each.
@@ -59,6 +59,8 @@ def load(
     notes: tuple[str, ...] = ()
     if chosen is None and not is_folder(folder / CONFIG_FOLDER):
         notes = (f"{path}: no robot is described there and no `config` given; {_DEFAULT_ROBOT}",)
+    if mixed := origin_of(folder, chosen):
+        notes = (*notes, f"configuration: {mixed}")
     return Drive(recording, setup, settings, options or Options(), loop_period, notes)
 
 

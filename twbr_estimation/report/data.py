@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -43,6 +44,16 @@ class RecordingReport:
     """Why there are no spectra; empty where there are."""
     effects: tuple[TermEffect, ...]
     """Empty without a reference."""
+
+    @property
+    def reference(self) -> str:
+        """What the errors refer to, in words."""
+        if self.runs.recording.reference is None:
+            return "none"
+        if self.runs.smoothed is None or self.runs.drive.recording.reference is not None:
+            return "encoder"
+        deviation = math.degrees(self.runs.smoothed.deviation)
+        return f"smoothed from the recording itself, +-{deviation:.3f} deg by its own account"
 
     @property
     def ranked(self) -> tuple[str, ...]:

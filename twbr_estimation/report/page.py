@@ -146,7 +146,7 @@ def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
     wheels = recording.wheels
     encoders = 0 if wheels is None else wheels.angle.shape[1]
     yield "wheel encoders", str(encoders) if encoders else "none"
-    yield "reference", "none" if recording.reference is None else "yes"
+    yield "reference", report.reference
     if recording.reference is not None:
         yield "rms tilt", f"{np.degrees(np.std(recording.reference.tilt)):.2f} deg"
     if recording.temperature is not None:

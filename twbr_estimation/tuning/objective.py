@@ -124,7 +124,9 @@ def prepare(drive: Drive) -> TuningSet:
     """
     association, samples = drive.association, drive.samples
     if association is None:
-        raise RecordingError(f"{drive.source}: there is no reference to tune against")
+        raise RecordingError(
+            f"{drive.source}: there is no reference to tune against; smoothing makes one (`smooth`)"
+        )
     reference, covered = association.at(samples.stamps)
     begin = samples.stamps[:1] + round(drive.options.skip * 1e9)
     known = covered & (samples.stamps >= begin)
