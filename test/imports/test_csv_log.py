@@ -109,7 +109,7 @@ def test_a_counter_that_starts_again_goes_on() -> None:
         (MINIMAL.replace("gx", "missing"), "missing"),
         (MINIMAL + 'delimiter: "; "', "not one character"),
         ("columns: {time: 0, gyro: [1, 2, -3], accel: [3, 4, 5]}", "-3 is below 0"),
-        ("columns: [", "cannot be read"),
+        ("columns: [", "not valid YAML"),
         ("nothing", "columns"),
     ],
 )

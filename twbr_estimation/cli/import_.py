@@ -9,6 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
+from ..bags.writing import estimator_topic
 from ..checks.check import check
 from ..checks.finding import noteworthy
 from ..imports import Options, formats, load, write_import
@@ -49,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         "wheels": recording.wheels,
         "reference": recording.reference,
         "temperature": recording.temperature,
+        "motors": recording.motors,
         **recording.estimators,
     }
     there = ", ".join(name for name, track in tracks.items() if track is not None) or "nothing else"
@@ -58,6 +60,12 @@ def run(arguments: argparse.Namespace) -> int:
         highlight=False,
         soft_wrap=True,
     )
+    for what in ("time", "monitor"):
+        if what in log.provenance:
+            console.print(f"  {escape(str(log.provenance[what]))}", highlight=False, soft_wrap=True)
+    for name in recording.estimators:
+        flag = f"--estimator {name}={estimator_topic(name)}"
+        console.print(f"  scored beside ours with {flag}", highlight=False, soft_wrap=True)
     for repair, count in recording.repairs.items():
         console.print(f"  repaired: {escape(repair)}: {count}", highlight=False, soft_wrap=True)
     setup = Setup(log.robot, log.calibration, log.correction or CorrectionSettings())

@@ -18,7 +18,8 @@ from ..errors import RecordingError
 from ..recording import FloatArray, ImuTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Calibration, CorrectionSettings, EncoderPlacement, Robot
 from ..samples import STANDARD_GRAVITY
-from .imported import ImportedLog, Options, matlab_variables, uniform_stamps
+from .imported import ImportedLog, Options, uniform_stamps
+from .matlab import matlab_variables, number_of
 
 FORMAT = "MATLAB file of the BROAD set (IMU and motion capture); see --axis"
 
@@ -45,6 +46,7 @@ _ROBOT = Robot(
     accel_range=16.0 * STANDARD_GRAVITY,
     gyro_delay=GYRO_DELAY,
 )
+_COLUMNS = {"imu_gyr": (3,), "imu_acc": (3,), "opt_quat": (4,), "opt_pos": (3,), "movement": ()}
 _NAMES = ("imu_gyr", "imu_acc", "opt_quat", "opt_pos", "movement", "sampling_rate")
 
 
@@ -60,6 +62,12 @@ def load(path: Path, options: Options) -> ImportedLog:
     if options.axis not in BODY_AXES:
         raise RecordingError(f"`axis`: {options.axis}: there are x and y")
     data = matlab_variables(path, _NAMES)
+    for name, columns in _COLUMNS.items():
+        if data[name].shape[1:] != columns:
+            raise RecordingError(f"{path}: {name} has shape {data[name].shape}, not n x {columns}")
+    rate = number_of(path, "sampling_rate", data["sampling_rate"])
+    if not 1.0 <= rate <= 1e5:
+        raise RecordingError(f"{path}: sampling_rate {rate:g} Hz is not within 1 to 100000")
     axes = BODY_AXES[options.axis]
     moving = data["movement"] > 0.5
     if moving.all() or not moving.any():
@@ -68,7 +76,6 @@ def load(path: Path, options: Options) -> ImportedLog:
     rotation = _rotations(data["opt_quat"]) @ axes.T
     seen = np.all(np.isfinite(data["opt_quat"]), axis=1)
     located = seen & np.all(np.isfinite(data["opt_pos"]), axis=1)
-    rate = float(data["sampling_rate"])
     angle = wheel_angle(_smoothed(data["opt_pos"][located], rate), rotation[located])
     stamps = uniform_stamps(len(moving), rate)
     scored = moving & seen

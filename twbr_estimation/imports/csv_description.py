@@ -5,21 +5,32 @@
       gyro: [gx, gy, gz]        # sensor axes x, y, z; null for an axis that was not logged
       accel: [ax, ay, az]
       wheels: [left, right]     # or one; optional, positive rolling forward
+      wheel_speeds: [vl, vr]    # in place of `wheels`: integrated
+      motors: [ul, ur]          # or one for both; optional, voltage at the motors
+      estimates: {mine: pitch}  # tilt by the robot's own filters; optional, scored beside ours
       reference: encoder        # optional
       temperature: temp         # optional [degC]
     units:
       time: us                  # s, ms, us, ns
+                                # a date and time (ISO 8601), a time of day, and the prefix
+                                # `12:00:00.002 -> ` of a serial monitor need no unit
       gyro: deg/s               # rad/s, deg/s, or LSB with `lsb_per` below
       accel: g                  # m/s^2, g, or LSB
       wheels: counts            # rad, deg, or counts with `counts_per_turn`
+      wheel_speeds: rpm         # rad/s, deg/s, rpm, or counts/s with `counts_per_turn`
+      motors: V                 # V, mV
+      estimates: deg            # rad, deg
       reference: deg            # rad, deg, or counts
     lsb_per: {gyro: 131.0, accel: 16384.0}        # LSB per deg/s and per g
     counts_per_turn: {wheels: 1320, reference: 2000}
     signs: {accel: [1, 1, -1], wheels: [1, -1], reference: 1}    # 1 where not given
     axes: [x, y, z]             # which sensor axis is body forward, left, up; -y is opposed
     reference: {offset_deg: 0.0, delay: 0.0}
-    time_wrap: 4294967296       # counter of this size starts again at 0; optional
-    delimiter: ","
+    rate: 100.0                 # samples per second [Hz], in place of a column of time
+    time_wrap: 4294967296       # counter of this size starts again at 0; found where not given
+    wheel_wrap: 65536           # the same for the wheels' counts
+    encoding: utf-16            # found where not given
+    delimiter: ","              # found among , ; and tab where not given; " " is any blank
     decimal: "."                # "," in logs of spreadsheets that write 0,5
     header: true
     skip_rows: 0
@@ -31,40 +42,38 @@ belongs to t + D, as with `twbr evaluate --reference-delay D`.
 
 from __future__ import annotations
 
+import codecs
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
+from ..disk.bounded_yaml import load_yaml
 from ..errors import ConfigurationError
 from ..recording import FloatArray
 from ..robot import Robot
-from ..samples import STANDARD_GRAVITY
+from .csv_units import DIVISORS, UNITS
 
-_UNITS: Mapping[str, Mapping[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
-    "gyro": {"rad/s": 1.0, "deg/s": math.radians(1.0), "LSB": math.radians(1.0)},
-    "accel": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "LSB": STANDARD_GRAVITY},
-    "wheels": {"rad": 1.0, "deg": math.radians(1.0), "counts": 2.0 * math.pi},
-    "reference": {"rad": 1.0, "deg": math.radians(1.0), "counts": 2.0 * math.pi},
-    "temperature": {"degC": 1.0},
-}
-_DIVISORS = {"LSB": "lsb_per", "counts": "counts_per_turn"}
 _SECTIONS = {
-    "columns": _UNITS.keys(),
-    "units": _UNITS.keys(),
+    "columns": UNITS.keys(),
+    "units": UNITS.keys(),
     "lsb_per": {"gyro", "accel"},
-    "counts_per_turn": {"wheels", "reference"},
-    "signs": {"gyro", "accel", "wheels", "reference"},
+    "counts_per_turn": {"wheels", "wheel_speeds", "reference"},
+    "signs": UNITS.keys() - {"time", "temperature", "estimates"},
     "reference": {"offset_deg", "delay"},
     "robot": None,
 }
-_VALUES = {"axes", "time_wrap", "delimiter", "decimal", "header", "skip_rows"}
-_REQUIRED = ("time", "gyro", "accel")
+_VALUES = {
+    "axes", "time_wrap", "wheel_wrap", "rate", "encoding",
+    "delimiter", "decimal", "header", "skip_rows",
+}  # fmt: skip
+_REQUIRED = ("gyro", "accel")
+_LARGEST = 1e12
+"""No rate, delay or size of a counter is as large."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -82,23 +91,41 @@ class Column:
 class Description:
     """What a log's columns are."""
 
-    time: Column
+    time: Column | None
+    """None where `rate` is given."""
     imu: tuple[Column, ...]
     """Gyro x, y, z, accelerometer x, y, z."""
     wheels: tuple[Column, ...] = ()
+    wheel_speeds: tuple[Column, ...] = ()
+    motors: tuple[Column, ...] = ()
+    estimates: Mapping[str, tuple[Column, ...]] = field(default_factory=dict)
+    """Column of each of the robot's own estimates by name."""
     reference: tuple[Column, ...] = ()
     temperature: tuple[Column, ...] = ()
     axes: FloatArray = field(default_factory=lambda: np.eye(3))
     """Body axes as rows in the sensor's axes, (3, 3)."""
     reference_delay: float = 0.0
     """How much later the reference's stamps are than its rows' [s]."""
+    rate: float = 0.0
+    """Samples per second [Hz] where there is no column of time."""
     time_wrap: float = 0.0
-    delimiter: str = ","
+    wheel_wrap: float = 0.0
+    encoding: str | None = None
+    delimiter: str | None = None
+    """None where it is to be found."""
     decimal: str = "."
     """Sign between a number's whole part and its fraction."""
     has_header: bool = True
     skip_rows: int = 0
     robot: Robot = field(default_factory=Robot)
+
+    @property
+    def fields(self) -> int:
+        """How many fields a row must have for the columns that are given by number."""
+        time = () if self.time is None else (self.time,)
+        several = (self.imu, self.wheels, self.wheel_speeds, self.motors, self.reference)
+        columns = [*time, *(column for each in several for column in each), *self.temperature]
+        return 1 + max((each.name for each in columns if isinstance(each.name, int)), default=-1)
 
 
 def read_description(path: Path) -> Description:
@@ -107,15 +134,12 @@ def read_description(path: Path) -> Description:
     Raises:
         ConfigurationError: unreadable, an unknown key or unit, or a missing column.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error}") from error
+    content = load_yaml(path, ConfigurationError)
     try:
         return _Reader(content).description()
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from None
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
         raise ConfigurationError(f"{path}: a value of the wrong kind: {error}") from error
 
 
@@ -132,6 +156,8 @@ class _Reader:
             known = _SECTIONS.get(key)
             if known is None:
                 continue
+            if not isinstance(value, dict):
+                raise ConfigurationError(f"{key}: {value!r} is no mapping of names to values")
             for name in value:
                 if name not in known:
                     raise ConfigurationError(f"{key}: unknown key {name!r}; known: {_list(known)}")
@@ -139,25 +165,59 @@ class _Reader:
     def description(self) -> Description:
         """Return the checked description."""
         content, reference = self.content, self.content.get("reference", {})
-        offset = math.radians(float(reference.get("offset_deg", 0.0)))
+        offset = math.radians(self._number(reference.get("offset_deg", 0.0), "offset_deg"))
+        rate = self._number(content.get("rate", 0.0), "rate", least=0.0)
+        self._require_one_of("rate", rate > 0.0, "columns.time", "time" in content["columns"])
+        speeds = self._columns("wheel_speeds", 1, 2)
+        if speeds and "wheels" in content["columns"]:
+            raise ConfigurationError("columns: wheels and wheel_speeds exclude each other")
         return Description(
-            time=self._columns("time", 1, 1)[0],
+            time=None if rate else self._columns("time", 1, 1)[0],
             imu=(*self._columns("gyro", 3, 3), *self._columns("accel", 3, 3)),
             wheels=self._columns("wheels", 1, 2),
+            wheel_speeds=speeds,
+            motors=self._columns("motors", 1, 2),
+            estimates=self._estimates(),
             reference=self._columns("reference", 1, 1, offset),
             temperature=self._columns("temperature", 1, 1),
             axes=_axes(content.get("axes", ["x", "y", "z"])),
-            reference_delay=float(reference.get("delay", 0.0)),
-            time_wrap=float(content.get("time_wrap", 0.0)),
-            delimiter=self._character("delimiter", ","),
-            decimal=self._character("decimal", "."),
+            reference_delay=self._number(reference.get("delay", 0.0), "reference.delay"),
+            rate=rate,
+            time_wrap=self._number(content.get("time_wrap", 0.0), "time_wrap", least=0.0),
+            wheel_wrap=self._number(content.get("wheel_wrap", 0.0), "wheel_wrap", least=0.0),
+            encoding=_encoding(content.get("encoding")),
+            delimiter=self._character("delimiter", None),
+            decimal=self._character("decimal", ".") or ".",
             has_header=bool(content.get("header", True)),
-            skip_rows=int(content.get("skip_rows", 0)),
+            skip_rows=int(self._number(content.get("skip_rows", 0), "skip_rows", least=0.0)),
             robot=_robot(content.get("robot", {})),
         )
 
-    def _character(self, key: str, default: str) -> str:
-        given = str(self.content.get(key, default))
+    def _require_one_of(self, one: str, is_one: bool, other: str, is_other: bool) -> None:
+        if is_one == is_other:
+            what = "exclude each other" if is_one else "are both missing"
+            raise ConfigurationError(f"{other} and {one} {what}; one of them is needed")
+
+    def _number(self, given: Any, key: str, least: float = -_LARGEST) -> float:
+        value = float(given)
+        if not least <= value <= _LARGEST:
+            raise ConfigurationError(f"{key}: {value:g} is not within {least:g} to {_LARGEST:g}")
+        return value
+
+    def _estimates(self) -> dict[str, tuple[Column, ...]]:
+        given = self.content["columns"].get("estimates") or {}
+        if not isinstance(given, dict):
+            raise ConfigurationError(f"columns.estimates: {given!r} is no mapping NAME: COLUMN")
+        for name in given:
+            if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", str(name)):
+                raise ConfigurationError(f"columns.estimates: {name!r} is no name of a topic")
+        scale = self._scale("estimates")
+        return {str(name): (Column(column, scale),) for name, column in given.items()}
+
+    def _character(self, key: str, default: str | None) -> str | None:
+        if key not in self.content:
+            return default
+        given = str(self.content[key])
         if len(given) != 1:
             raise ConfigurationError(f"{key}: {given!r} is not one character")
         return given
@@ -183,17 +243,17 @@ class _Reader:
         )
 
     def _scale(self, role: str) -> float:
-        default = next(iter(_UNITS[role]))
+        default = next(iter(UNITS[role]))
         unit = self.content.get("units", {}).get(role, default)
-        if unit not in _UNITS[role]:
-            raise ConfigurationError(f"units.{role}: {unit!r}; known: {_list(_UNITS[role])}")
-        if unit not in _DIVISORS:
-            return _UNITS[role][unit]
-        section = _DIVISORS[unit]
+        if unit not in UNITS[role]:
+            raise ConfigurationError(f"units.{role}: {unit!r}; known: {_list(UNITS[role])}")
+        if unit not in DIVISORS:
+            return UNITS[role][unit]
+        section = DIVISORS[unit]
         divisor = float(self.content.get(section, {}).get(role, 0.0))
-        if not divisor > 0.0:
+        if not 0.0 < divisor < _LARGEST:
             raise ConfigurationError(f"{section}.{role} must be above 0 for unit {unit}")
-        return _UNITS[role][unit] / divisor
+        return UNITS[role][unit] / divisor
 
 
 def _as_list(given: Any) -> list[Any]:
@@ -214,6 +274,15 @@ def _axes(given: Any) -> FloatArray:
     if not np.isclose(np.linalg.det(rows), 1.0):
         raise ConfigurationError(f"axes: {given} are not a right-handed set of axes")
     return rows
+
+
+def _encoding(given: Any) -> str | None:
+    if given is None:
+        return None
+    try:
+        return codecs.lookup(str(given)).name
+    except LookupError:
+        raise ConfigurationError(f"encoding: {given!r} is unknown; utf-8 is usual") from None
 
 
 def _robot(given: Mapping[str, Any]) -> Robot:

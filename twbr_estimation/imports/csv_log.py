@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -11,10 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ..bags.wheel_repairs import COUNTERS, modulus_of
+from ..bags.wheel_repairs import unwrapped as unwrapped_wheel
+from ..bags.wheel_tracks import integrated, repaired_wheels
 from ..errors import RecordingError
 from ..recording import (
     FloatArray,
     ImuTrack,
+    MotorTrack,
     Recording,
     StampArray,
     TemperatureTrack,
@@ -22,10 +25,15 @@ from ..recording import (
     WheelTrack,
 )
 from .csv_description import Column, Description, read_description
-from .imported import ImportedLog, Options, cleaned, stamps_from_seconds
+from .csv_text import read_rows
+from .csv_time import clock_seconds, counter_size, unwrapped
+from .imported import START, ImportedLog, Options, cleaned, stamps_from_seconds
 
 FORMAT = "comma-separated values, their columns described with --columns YAML"
 
+DROPPED = "rows that are not numbers dropped"
+MONITOR = "serial_monitor"
+"""Name of the time that a serial monitor put before each line, where that is to be used."""
 Track = tuple[StampArray, FloatArray]
 
 
@@ -33,46 +41,71 @@ def load(path: Path, options: Options) -> ImportedLog:
     """Read one log.
 
     Rows that are not numbers where time, gyro or accelerometer should be (a line cut off on
-    the serial port) are dropped and counted. An empty field in another column means that
-    this row has no such value.
+    the serial port), and rows that lost fields, are dropped and counted. An empty field in
+    another column means that this row has no such value.
 
     Raises:
         RecordingError: no description, a column that is missing, or nothing usable.
     """
     if options.description is None:
-        raise RecordingError(f"{path}: say with `columns` what its columns are")
+        raise RecordingError(f"{path}: its columns are not described (--columns YAML)")
     description = read_description(options.description)
-    table = _Table(path, description)
     repairs: Counter[str] = Counter()
-    stamps = table.stamps(repairs)
-    imu, readings = table.track("imu", description.imu, stamps, repairs)
+    table = _Table(path, description, repairs)
+    stamps = table.stamps()
+    imu, readings = table.track("imu", description.imu, stamps)
     axes = description.axes
     recording = Recording(
         source=path.name,
         imu=ImuTrack(imu, readings[:, :3] @ axes.T, readings[:, 3:] @ axes.T),
-        wheels=_wheels(table.optional("wheels", description.wheels, stamps, repairs)),
-        reference=_reference(table, description, stamps, repairs),
-        temperature=_temperature(
-            table.optional("temperature", description.temperature, stamps, repairs)
-        ),
+        wheels=_wheels(table, description, stamps),
+        reference=_reference(table, description, stamps),
+        estimators={
+            name: TiltTrack(track[0], track[1][:, 0])
+            for name, columns in description.estimates.items()
+            if (track := table.optional(name, columns, stamps)) is not None
+        },
+        temperature=_temperature(table.optional("temperature", description.temperature, stamps)),
+        motors=_motors(table.optional("motors", description.motors, stamps)),
     )
     recording = replace(recording, repairs=dict(repairs))
-    provenance = {"columns": options.description.name}
+    provenance = {"columns": options.description.name, **table.provenance}
     return ImportedLog(recording, description.robot, provenance=provenance)
 
 
-def _wheels(track: Track | None) -> WheelTrack | None:
-    return None if track is None else WheelTrack(*track)
+def _wheels(table: _Table, description: Description, stamps: StampArray) -> WheelTrack | None:
+    """Return the wheels' angles, their counters gone on, or integrated from speeds."""
+    if description.wheel_speeds:
+        track = table.optional("wheels", description.wheel_speeds, stamps)
+        if track is None:
+            return None
+        table.repairs["wheels: angles integrated from speeds"] += track[0].size
+        angles = [integrated(track[0], speed) for speed in track[1].T]
+        return WheelTrack(track[0], np.column_stack(angles))
+    track = table.optional("wheels", description.wheels, stamps)
+    if track is None:
+        return None
+    angle = track[1].copy()
+    for wheel, column in enumerate(description.wheels):
+        counts = angle[:, wheel] / column.scale
+        modulus = description.wheel_wrap or modulus_of(track[0], counts, COUNTERS, 0.0)
+        if modulus:
+            counts, number = unwrapped_wheel(counts, modulus)
+            angle[:, wheel] = counts * column.scale
+            table.repairs[f"wheels: counter starts again at {modulus:.0f}, gone on"] += number
+    return repaired_wheels("wheels", WheelTrack(track[0], angle), table.repairs)
 
 
 def _temperature(track: Track | None) -> TemperatureTrack | None:
     return None if track is None else TemperatureTrack(track[0], track[1][:, 0])
 
 
-def _reference(
-    table: _Table, description: Description, stamps: StampArray, repairs: Counter[str]
-) -> TiltTrack | None:
-    track = table.optional("reference", description.reference, stamps, repairs)
+def _motors(track: Track | None) -> MotorTrack | None:
+    return None if track is None else MotorTrack(*track)
+
+
+def _reference(table: _Table, description: Description, stamps: StampArray) -> TiltTrack | None:
+    track = table.optional("reference", description.reference, stamps)
     if track is None:
         return None
     delay = round(description.reference_delay * 1e9)
@@ -82,76 +115,116 @@ def _reference(
 class _Table:
     """The log's fields as text, read column by column as numbers."""
 
-    def __init__(self, path: Path, description: Description) -> None:
-        self.path, self.description = path, description
-        try:
-            with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
-                lines = [row for row in csv.reader(file, delimiter=description.delimiter) if row]
-        except (OSError, csv.Error) as error:
-            raise RecordingError(f"{path}: cannot be read: {error}") from error
-        lines = lines[description.skip_rows :]
-        if description.has_header:
-            self.names = [name.strip() for name in lines[0]] if lines else []
-            lines = lines[1:]
-        else:
-            self.names = []
-        if not lines:
-            raise RecordingError(f"{path}: holds no rows")
-        self.rows = lines
+    def __init__(self, path: Path, description: Description, repairs: Counter[str]) -> None:
+        self.path, self.description, self.repairs = path, description, repairs
+        text = read_rows(path, description)
+        self.names, self.rows, self.arrivals = text.names, text.rows, text.arrivals
+        self.provenance: dict[str, str] = {}
+        if self.arrivals:
+            what = f"times of a serial monitor before each line, the first {self.arrivals[0]}"
+            self.provenance["monitor"] = what
+        self._count_dropped(text.dropped)
 
-    def stamps(self, repairs: Counter[str]) -> StampArray:
+    def _count_dropped(self, number: int) -> None:
+        if number:
+            self.repairs[DROPPED] += number
+
+    def stamps(self) -> StampArray:
         """Return a stamp [ns] for each row; rows without time and IMU readings are dropped."""
-        columns = (self.description.time, *self.description.imu)
-        good = np.all([np.isfinite(self._scaled(column)) for column in columns], axis=0)
+        seconds, first = self._seconds()
+        columns = self.description.imu
+        good = np.all([np.isfinite(seconds), *(self._finite(each) for each in columns)], axis=0)
         if not good.any():
-            names = ", ".join(str(column.name) for column in columns)
-            raise RecordingError(f"{self.path}: no row has numbers in all of {names}")
-        if not good.all():
-            repairs["rows that are not numbers dropped"] += int(np.sum(~good))
-            self.rows = [self.rows[row] for row in np.flatnonzero(good)]
-        time = unwrapped(self._values(self.description.time), self.description.time_wrap)
-        return stamps_from_seconds((time - time[0]) * self.description.time.scale, 0.0)
+            raise RecordingError(f"{self.path}: {self._without_numbers(seconds)}")
+        self._count_dropped(int(np.count_nonzero(~good)))
+        self.rows = [self.rows[row] for row in np.flatnonzero(good)]
+        seconds = seconds[good]
+        if self.description.time is not None and not first:
+            seconds = self._gone_on(seconds)
+        stamps = stamps_from_seconds(seconds, float(seconds[0]))
+        return stamps - START + round(float(seconds[0]) * 1e9) if first else stamps
 
-    def optional(
-        self, name: str, columns: Sequence[Column], stamps: StampArray, repairs: Counter[str]
-    ) -> Track | None:
+    def _seconds(self) -> tuple[FloatArray, bool]:
+        """Return the time of each row [s], and whether it is that of a calendar."""
+        column, count = self.description.time, len(self.rows)
+        if column is None:
+            return np.arange(count) / self.description.rate, False
+        texts = self._texts(column)
+        found = clock_seconds(texts)
+        if found is None:
+            numbers = np.fromiter(map(_number, texts), dtype=np.float64, count=count)
+            return numbers * column.scale, False
+        seconds, kind = found
+        self.provenance["time"] = f"{kind}, the first {texts[0].strip()}"
+        return seconds, kind == "date and time"
+
+    def _gone_on(self, seconds: FloatArray) -> FloatArray:
+        """Return times whose counter may have started again as ones that go on."""
+        assert self.description.time is not None
+        scale = self.description.time.scale
+        size = self.description.time_wrap or counter_size(seconds / scale, self.repairs)
+        return unwrapped(seconds, size * scale)
+
+    def _without_numbers(self, seconds: FloatArray) -> str:
+        """Return which columns hold no numbers, with what one of them holds instead."""
+        time = self.description.time
+        if time is not None and not np.isfinite(seconds).any():
+            return f"column {time.name!r} of the time holds no number, but {self._example(time)!r}"
+        for column in self.description.imu:
+            if not self._finite(column).any():
+                return f"column {column.name!r} holds no number, but {self._example(column)!r}"
+        names = ", ".join(str(column.name) for column in self.description.imu)
+        return f"no row has numbers in all of {names} and a time"
+
+    def _example(self, column: Column) -> str:
+        return next((text for text in self._texts(column) if text.strip()), "")[:40]
+
+    def optional(self, name: str, columns: Sequence[Column], stamps: StampArray) -> Track | None:
         """Return stamps and values of rows where the columns are not empty; None without any."""
         if not columns:
             return None
         filled = np.all([self._filled(column) for column in columns], axis=0)
         if not filled.any():
             raise RecordingError(f"{self.path}: the columns of {name} are empty")
-        return self.track(name, columns, stamps, repairs, filled)
+        return self.track(name, columns, stamps, filled)
 
     def track(
         self,
         name: str,
         columns: Sequence[Column],
         stamps: StampArray,
-        repairs: Counter[str],
         rows: np.ndarray | None = None,
     ) -> Track:
         """Return repaired stamps and values in SI units, (n, columns)."""
         values = np.column_stack([self._scaled(column) for column in columns])
         if rows is not None:
             stamps, values = stamps[rows], values[rows]
-        return cleaned(name, stamps, values, repairs)
+        return cleaned(name, stamps, values, self.repairs)
 
     def _scaled(self, column: Column) -> FloatArray:
         if column.name is None:
             return np.zeros(len(self.rows))
         return (self._values(column) + column.offset) * column.scale
 
+    def _finite(self, column: Column) -> np.ndarray:
+        return np.isfinite(self._scaled(column))
+
     def _filled(self, column: Column) -> np.ndarray:
+        return np.array([text.strip() != "" for text in self._texts(column)])
+
+    def _texts(self, column: Column) -> list[str]:
+        """Return the fields of a column; empty ones where a row is too short."""
+        if column.name == MONITOR and self.arrivals and MONITOR not in self.names:
+            return self.arrivals
         place = self._place(column)
-        return np.array([len(row) > place and row[place].strip() != "" for row in self.rows])
+        texts = [row[place] if len(row) > place else "" for row in self.rows]
+        if self.description.decimal != ".":
+            texts = [text.replace(self.description.decimal, ".") for text in texts]
+        return texts
 
     def _values(self, column: Column) -> FloatArray:
-        place = self._place(column)
-        texts = (row[place] if len(row) > place else "" for row in self.rows)
-        if self.description.decimal != ".":
-            texts = (text.replace(self.description.decimal, ".") for text in texts)
-        return np.fromiter(map(_number, texts), dtype=np.float64, count=len(self.rows))
+        texts = self._texts(column)
+        return np.fromiter(map(_number, texts), dtype=np.float64, count=len(texts))
 
     def _place(self, column: Column) -> int:
         if isinstance(column.name, int):
@@ -160,19 +233,8 @@ class _Table:
             return self.names.index(str(column.name))
         except ValueError:
             raise RecordingError(
-                f"{self.path}: has no column {column.name!r}; it has {', '.join(self.names)}"
+                f"{self.path}: has no column {column.name!r}; it has {', '.join(self.names)[:500]}"
             ) from None
-
-
-def unwrapped(counter: FloatArray, modulus: float) -> FloatArray:
-    """Return a counter that started again at `modulus` as one that went on; 0 means never.
-
-    A step back by more than half the modulus counts as a new start.
-    """
-    if not modulus:
-        return counter
-    turns = np.cumsum(np.diff(counter, prepend=counter[0]) < -modulus / 2.0)
-    return counter + modulus * turns
 
 
 def _number(text: str) -> float:

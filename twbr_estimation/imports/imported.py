@@ -119,28 +119,3 @@ def cleaned(
     if not columns.stamps.size:
         raise RecordingError(f"{name}: none of {stamps.size} samples is usable")
     return columns.stamps, columns.values
-
-
-def matlab_variables(path: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:
-    """Return variables of a MATLAB file (before version 7.3) as arrays of floats.
-
-    Raises:
-        RecordingError: not such a file, or a variable is missing.
-    """
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(str(path), squeeze_me=True)
-    except (
-        OSError,
-        ValueError,
-        TypeError,
-        IndexError,  # scipy before 1.12, of a file that is cut off
-        NotImplementedError,
-        MatReadError,
-    ) as error:
-        raise RecordingError(f"{path}: not a MATLAB file: {error}") from error
-    if missing := [name for name in names if name not in content]:
-        raise RecordingError(f"{path}: has no variable {', '.join(missing)}")
-    return {name: np.asarray(content[name], dtype=np.float64) for name in names}

@@ -17,6 +17,7 @@ from ..recording import FloatArray, ImuTrack, Recording, TemperatureTrack, TiltT
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
 from .imported import ImportedLog, Options, uniform_stamps
+from .matlab import ELEMENT_LIMIT
 
 FORMAT = "folder of the static MPU6050 set (three MATLAB 7.3 files)"
 
@@ -79,7 +80,11 @@ def _buffer(path: Path, name: str) -> FloatArray:
             f"{path}: MATLAB 7.3 files need h5py: pip install 'twbr_estimation[import]'"
         ) from error
     try:
+        if not path.is_file():
+            raise FileNotFoundError("there is no such file")
         with h5py.File(path) as file:
+            if file[name].size > ELEMENT_LIMIT or file[name].ndim != 2:
+                raise ValueError(f"shape {file[name].shape}")
             return np.asarray(file[name][()], dtype=np.float64)
-    except (OSError, KeyError) as error:
+    except (RuntimeError, OSError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise RecordingError(f"{path}: no MATLAB 7.3 file with {name}: {error}") from error

@@ -13,11 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ..errors import RecordingError
 from ..messages import tilt_of_quaternion
 from ..recording import FloatArray, ImuTrack, Recording, TiltTrack
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
-from .imported import ImportedLog, Options, matlab_variables, stamps_from_seconds
+from .imported import ImportedLog, Options, stamps_from_seconds
+from .matlab import matlab_variables
 
 FORMAT = "MATLAB file of the UIUC relative angle set (MPU6050 and encoder on one shaft)"
 
@@ -29,6 +31,8 @@ UPRIGHT_DEG = 90.0
 """Encoder angle at which the sensor's z axis points up [deg]."""
 MOUNTING_OFFSET_DEG = 0.35
 """Tilt of the sensor on the shaft, added to the reference [deg]."""
+_LONGEST = 1e9
+"""No time in such a log is as large [s]."""
 _GYRO = ("all_gyro_2_x", "all_gyro_2_y", "all_gyro_2_z")
 _ACCEL = ("all_accel_2_x", "all_accel_2_y", "all_accel_2_z")
 _DMP = ("all_imu2_q1", "all_imu2_q2", "all_imu2_q3", "all_imu2_q4")
@@ -46,7 +50,12 @@ def load(path: Path, options: Options) -> ImportedLog:
     """
     del options
     data = matlab_variables(path, ("all_time", "all_encoder", *_GYRO, *_ACCEL, *_DMP))
+    for name, values in data.items():
+        if values.ndim != 1 or not np.all(np.isfinite(values)):
+            raise RecordingError(f"{path}: {name} is not a row of finite numbers")
     time = data["all_time"]
+    if np.abs(time).max() > _LONGEST:
+        raise RecordingError(f"{path}: all_time reaches {np.abs(time).max():g} s")
     rising = np.append(True, time[1:] > np.maximum.accumulate(time)[:-1])
     repairs = Counter({"rows whose time does not increase dropped": int(np.sum(~rising))})
     data = {name: values[rising] for name, values in data.items()}

@@ -1,0 +1,142 @@
+"""The rows of a comma-separated log: its encoding, its delimiter, and lines that are damaged."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..disk.reading import read_bytes
+from ..errors import RecordingError
+from .csv_description import Description
+
+SIZE_LIMIT = 1 << 30
+"""Largest log [bytes]."""
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_DELIMITERS = ",;\t"
+_SAMPLE = 1 << 14
+"""Bytes or characters from which encoding and delimiter are found."""
+_USUAL_SHARE = 0.2
+"""Shorter rows that are at least this share of a log are meant so."""
+MONITOR = re.compile(r"^\s*(\d{1,2}:\d{2}:\d{2}(?:\.\d+)?)\s*->\s*")
+"""The time that a serial monitor puts before each line."""
+
+Rows = list[list[str]]
+
+
+@dataclass(slots=True)
+class Text:
+    """Rows of fields, and what was done to get them."""
+
+    names: list[str]
+    """Fields of the header row; none without one."""
+    rows: Rows
+    arrivals: list[str]
+    """Time that a serial monitor put before each row; none without such times."""
+    dropped: int
+    """Rows with another number of fields than the rest."""
+
+
+def read_rows(path: Path, description: Description) -> Text:
+    """Return the rows of a log.
+
+    Raises:
+        RecordingError: it cannot be read, is too large, or holds no rows.
+    """
+    content = read_bytes(path, SIZE_LIMIT, RecordingError)
+    text = _decoded(path, content, description.encoding)
+    lines = [line for line in text.replace("\0", "").splitlines() if line.strip(" \t,;")]
+    lines, arrivals = _without_monitor(lines[description.skip_rows :])
+    delimiter = description.delimiter or _delimiter(lines, description.decimal)
+    try:
+        rows = _split(lines, delimiter)
+    except csv.Error as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from error
+    names: list[str] = []
+    if description.has_header and rows:
+        names, rows, arrivals = [name.strip() for name in rows[0]], rows[1:], arrivals[1:]
+    if not rows:
+        raise RecordingError(f"{path}: holds no rows")
+    fields = len(names) or description.fields
+    if arrivals and 2 * sum(len(row) == fields - 1 for row in rows) > len(rows):
+        rows = [[arrival, *row] for arrival, row in zip(arrivals, rows, strict=True)]
+    return _of_one_length(names, rows, arrivals)
+
+
+def _decoded(path: Path, content: bytes, encoding: str | None) -> str:
+    found = encoding or _encoding(content)
+    try:
+        return content.decode(found, "replace")
+    except (UnicodeError, LookupError) as error:
+        raise RecordingError(f"{path}: cannot be read as {found}: {error}") from error
+
+
+def _encoding(content: bytes) -> str:
+    """Return the encoding by the byte order mark, or by where the zeros of plain letters are."""
+    for mark, name in _MARKS:
+        if content.startswith(mark):
+            return name
+    sample = content[:_SAMPLE]
+    if 3 * sample[1::2].count(0) > len(sample):
+        return "utf-16-le"
+    if 3 * sample[::2].count(0) > len(sample):
+        return "utf-16-be"
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
+
+
+def _without_monitor(lines: list[str]) -> tuple[list[str], list[str]]:
+    """Return the lines without a serial monitor's times, and these; most lines must have one."""
+    found = [MONITOR.match(line) for line in lines]
+    if 2 * sum(match is not None for match in found) <= len(lines):
+        return lines, []
+    pairs = zip(lines, found, strict=True)
+    bare = [line[match.end() :] if match else line for line, match in pairs]
+    return bare, [match.group(1) if match else "" for match in found]
+
+
+def _delimiter(lines: list[str], decimal: str) -> str:
+    """Return which sign parts the first lines into most fields."""
+    sample = lines[: 1 + _SAMPLE // max(len(lines[0]), 1)] if lines else []
+    counts = {each: sum(line.count(each) for line in sample) for each in _DELIMITERS}
+    if decimal == ",":
+        del counts[","]
+    best = max(counts, key=lambda each: counts[each])
+    return best if counts[best] or decimal == "," else " " if " " in "".join(sample) else ","
+
+
+def _split(lines: list[str], delimiter: str) -> Rows:
+    if delimiter == " ":
+        return [line.split() for line in lines]
+    return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+
+
+def _of_one_length(names: list[str], rows: Rows, arrivals: list[str]) -> Text:
+    """Drop rows that lost or gained fields; empty ones at the end do not count."""
+    lengths = [len(row) for row in rows]
+    counts = Counter(lengths)
+    expected = len(names) or counts.most_common(1)[0][0]
+    usual = {length for length, number in counts.items() if number >= _USUAL_SHARE * len(rows)}
+    usual.add(expected)
+    good = [
+        length in usual or (length > expected and not any(map(str.strip, row[expected:])))
+        for length, row in zip(lengths, rows, strict=True)
+    ]
+    return Text(
+        names,
+        [row for row, keep in zip(rows, good, strict=True) if keep],
+        [each for each, keep in zip(arrivals, good, strict=True) if keep] if arrivals else [],
+        good.count(False),
+    )
