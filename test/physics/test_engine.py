@@ -83,9 +83,9 @@ def test_a_hanging_body_swings_with_the_period_of_a_pendulum(
 ) -> None:
     """Wheels so heavy that the axle stays: a physical pendulum, its energy conserved."""
     robot = replace(
-        FREE_ROBOT, body_height=-0.01, body_inertia=1e-3, body_inertia_roll=1e-3,
-        body_inertia_yaw=1e-3, wheel_mass=1e4,
-        wheel_inertia=1e3, wheel_inertia_across=1e3,
+        FREE_ROBOT, body_height=-0.01, body_mass=0.01, body_inertia=1e-5, body_inertia_roll=1e-5,
+        body_inertia_yaw=1e-5, wheel_mass=100.0, gear_ratio=1.0,
+        wheel_inertia=10.0, wheel_inertia_across=10.0,
     )  # fmt: skip
     engine = engine_of(robot, monkeypatch, tilt=0.05)
     tilt, rate = tilts(run(engine, 8.0))
