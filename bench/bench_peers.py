@@ -68,7 +68,7 @@ def scenes(arguments: argparse.Namespace) -> Iterator[Case]:
     """Yield MuJoCo's scenes."""
     for scene in SCENES:
         for seed in range(arguments.first, arguments.first + arguments.seeds):
-            made = simulate_scene(scene, 0.005, 20.0, seed, world="W1", robot=RECOMMENDED)
+            made = simulate_scene(scene, 0.01, 20.0, seed, world="W1", robot=RECOMMENDED)
             yield Case(scene, made.recording, made.setup)
 
 

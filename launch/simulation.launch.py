@@ -17,6 +17,9 @@ from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
 from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.nodes.declarations import declarations_of
+from twbr_estimation.physics import SCENES
+from twbr_estimation.physics.simulate import spatial
+from twbr_estimation.robot import Robot
 from twbr_estimation.simulation import WORLDS, world_named
 from twbr_estimation.simulation.simulate import setups_of
 
@@ -40,6 +43,8 @@ def argument(
 
 ARGUMENTS = (
     argument("world", "paper", "What is wrong with robot, sensors and ground.", list(WORLDS)),
+    argument("physics", "rig", "What moves the robot.", ["rig", "mujoco"]),
+    argument("scene", "stand", "In mujoco: what happens to the robot.", list(SCENES)),
     argument("seed", "1", "Number of the random draw."),
     argument("disturbed", "false", "Whether the world pushes and trips the robot.", SWITCH),
     argument("filter", "", "Filter whose estimate is balanced with; empty: as configured."),
@@ -66,7 +71,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     lossless_topics = [lossless(given["namespace"])] if in_lockstep else []
     sim_time = {"use_sim_time": in_lockstep or given["use_sim_time"] == "true"}
     common: list[Any] = [*lossless_topics, sim_time]
-    known = told(given["world"], int(given["seed"]))
+    known = told(given["world"], int(given["seed"]), given["physics"])
     chosen: dict[str, Any] = {"filter": given["filter"]} if given["filter"] else {}
     if given["compare"]:
         chosen["compare"] = given["compare"].split(",")
@@ -103,7 +108,7 @@ def simulator(given: dict[str, str]) -> dict[str, Any]:
     # The filters were tuned at 2 ms; in lockstep a step must be whole periods of the IMU.
     periods = {} if switches["lockstep"] else {"imu_period": 0.002}
     chosen: dict[str, Any] = {
-        "world": given["world"],
+        **{name: given[name] for name in ("world", "physics", "scene")},
         "seed": int(given["seed"]),
         "sensors": sensors,
     }
@@ -113,9 +118,10 @@ def simulator(given: dict[str, str]) -> dict[str, Any]:
     return {**chosen, **switches, **periods}
 
 
-def told(world: str, seed: int) -> dict[str, Any]:
+def told(world: str, seed: int, physics: str = "rig") -> dict[str, Any]:
     """Return what the estimator is told of the robot: its geometry and the sensor's errors."""
-    setup, _ = setups_of(world_named(world), seed)
+    chosen = world_named(world)
+    setup, _ = setups_of(chosen if physics == "rig" else spatial(chosen, Robot()), seed)
     declared = [
         *declarations_of(setup.robot, "robot."),
         *declarations_of(setup.calibration, "calibration."),

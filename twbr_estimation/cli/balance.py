@@ -21,6 +21,7 @@ from ..configuration.presets import preset
 from ..controllers import controller_named, controllers, listed_controllers
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters, listed_filters
+from ..physics.performance import scene_named
 from ..robot import CorrectionSettings
 from ..scoring.table import write_json
 from ..simulation.worlds import WORLDS, world_named
@@ -83,6 +84,18 @@ def add_parser(subparsers: Any) -> None:
         metavar="FACTOR",
         help="factor on the world's pushes; default: %(default)s",
     )
+    parser.add_argument(
+        "--physics",
+        choices=("rig", "mujoco"),
+        default="rig",
+        help="what moves the robot; in mujoco (extra `physics`) a scene stands for the world's "
+        "ground and pushes; default: rig",
+    )
+    parser.add_argument(
+        "--scene",
+        metavar="NAME",
+        help="in mujoco: what happens to the robot, a scene of twbr simulate; default: pushes",
+    )
     parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core")
     add_settings(parser)
     parser.add_argument(
@@ -138,6 +151,7 @@ def trials_of(arguments: argparse.Namespace) -> tuple[list[Trial], str]:
         raise ConfigurationError(
             f"--pushes {arguments.pushes:g} is not within 0 to {LARGEST_FACTOR:g}"
         )
+    scene = _scene(arguments)
     correction, settings = _settings(arguments)
     changed = parameter_values(arguments.set)
     values = {
@@ -158,6 +172,7 @@ def trials_of(arguments: argparse.Namespace) -> tuple[list[Trial], str]:
             {estimator: values[estimator]} if estimator != TRUTH else {},
             correction,
             {name: changed.get(name, {})},
+            scene,
         )
         for world in worlds
         for name in (controller_named(each).name for each in names)
@@ -165,6 +180,19 @@ def trials_of(arguments: argparse.Namespace) -> tuple[list[Trial], str]:
         for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds)
     ]
     return trials, settings.source
+
+
+def _scene(arguments: argparse.Namespace) -> str | None:
+    """Return the scene in MuJoCo; None for the rig."""
+    if arguments.physics == "rig":
+        if arguments.scene is not None:
+            raise ConfigurationError("--scene: needs --physics mujoco")
+        return None
+    if arguments.pushes != 1.0:
+        raise ConfigurationError("--pushes: is for the rig; in mujoco the scene pushes")
+    name = arguments.scene or "pushes"
+    scene_named(name)
+    return name
 
 
 def _chosen(given: Sequence[str], known: tuple[str, ...], default: str) -> tuple[str, ...]:

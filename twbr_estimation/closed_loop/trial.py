@@ -15,6 +15,7 @@ import numpy as np
 
 from ..controllers.base import MotorVoltages
 from ..errors import ConfigurationError
+from ..physics.robot import PhysicsRobot
 from ..pipeline.correction import Corrector
 from ..pipeline.pairing import WheelReading
 from ..robot import CorrectionSettings
@@ -58,6 +59,8 @@ class Trial:
     """None leaves the defaults."""
     controller_values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Parameter values by controller name."""
+    scene: str | None = None
+    """In MuJoCo: what happens to the robot; None for the rig."""
     balance: BalanceSettings = field(default_factory=BalanceSettings)
     """Limits and time-outs; its controller's name is replaced by `controller`."""
 
@@ -94,15 +97,7 @@ class Loop:
             ConfigurationError: something unknown in the trial, or out of bounds.
         """
         settings = replace(trial.balance, controller=trial.controller)
-        world = world_named(trial.world)
-        self.robot = SimulatedRobot(
-            replace(world, push_factor=trial.pushes * world.push_factor),
-            trial.seed,
-            trial.dt,
-            duration=trial.duration,
-            command_delay=world.control_period,
-            compiled=compiled,
-        )
+        self.robot = _robot_of(trial, compiled=compiled)
         setup = self.robot.setup
         if trial.correction is not None:
             setup = replace(setup, correction=trial.correction)
@@ -131,6 +126,8 @@ class Loop:
 
     def step(self) -> None:
         """Take one control period."""
+        if isinstance(self.robot, PhysicsRobot):
+            self.balance.command(self.robot.stamp, *self.robot.commanded)
         self.voltages = self.balance.step(self.robot.stamp)
         for reading in self.robot.advance(self.voltages, self._period):
             self._take(reading, self._dt)
@@ -151,6 +148,24 @@ class Loop:
         self.estimate = tilt
         self.balance.add_tilt(reading.stamp, tilt, rate)
         self.balance.add_wheels(WheelReading(reading.stamp, angle, difference, float(len(wheels))))
+
+
+def _robot_of(trial: Trial, *, compiled: bool) -> SimulatedRobot | PhysicsRobot:
+    """Return the robot of a trial."""
+    world = world_named(trial.world)
+    delay = world.control_period
+    if trial.scene is not None:
+        return PhysicsRobot(
+            trial.scene, world, trial.seed, trial.dt, duration=trial.duration, command_delay=delay
+        )
+    return SimulatedRobot(
+        replace(world, push_factor=trial.pushes * world.push_factor),
+        trial.seed,
+        trial.dt,
+        duration=trial.duration,
+        command_delay=delay,
+        compiled=compiled,
+    )
 
 
 def run(trial: Trial) -> Outcome:

@@ -76,7 +76,8 @@ def standings(trials: Sequence[Trial], outcomes: Sequence[Outcome]) -> list[Stan
     """Return the mean over the seeds, in the order in which the combinations came."""
     groups: dict[tuple[str, str, str], list[Outcome]] = {}
     for trial, outcome in zip(trials, outcomes, strict=True):
-        key = (trial.world, trial.estimator, trial.controller)
+        place = trial.world if trial.scene is None else f"{trial.world}, scene {trial.scene}"
+        key = (place, trial.estimator, trial.controller)
         groups.setdefault(key, []).append(outcome)
     return [
         Standings(
@@ -99,6 +100,7 @@ def as_json(trials: Sequence[Trial], outcomes: Sequence[Outcome], source: str) -
     runs = [
         {
             "world": trial.world,
+            **({} if trial.scene is None else {"scene": trial.scene}),
             "estimator": trial.estimator,
             "controller": trial.controller,
             "seed": trial.seed,

@@ -10,11 +10,13 @@ from ..errors import ConfigurationError
 from ..recording import FloatArray
 from ..robot import Robot
 from .library import mujoco
-from .model import Surroundings, description
+from .model import BAR_RADIUS, Surroundings, description
 from .state import COLUMNS, Moving, moving, quaternion
 
 PUSH_HEIGHT = 0.18
 """Where pushes act, above the axle along the body [m]."""
+BAR_DISTANCE, BAR_HEIGHT = 0.1, 0.005
+"""How far away a bar is laid on demand, and how high it is [m]."""
 Pose = tuple[float, float, float, float, float, float]
 """x, y, z of the axle's middle [m]; heading, roll, tilt [rad]."""
 
@@ -43,6 +45,7 @@ class Engine:
         self._height = robot.body_height
         self._data.qpos[3:7] = quaternion(0.0, 0.0, surroundings.tilt)
         self._moving: Moving | None = None
+        self._pushes = [(0.0, 0.0), (0.0, 0.0)]
         self.grip: Pose | None = None
         """Where the hand holds the body; None where it does not."""
 
@@ -70,8 +73,16 @@ class Engine:
         """Change the friction of the treads on the ground."""
         self._model.geom_friction[self._ground, 0] = friction
 
-    def push(self, forward: float, left: float = 0.0) -> None:
-        """Push the body horizontally from now on [N], along and across its heading."""
+    def push(self, forward: float, left: float = 0.0, *, outside: bool = False) -> None:
+        """Push the body horizontally from now on [N], along and across its heading.
+
+        Args:
+            forward: along the heading.
+            left: across it.
+            outside: whether the push is not the scene's; the two add up.
+        """
+        self._pushes[outside] = (forward, left)
+        forward, left = (sum(each) for each in zip(*self._pushes, strict=True))
         force = self._data.xfrc_applied[self._link]
         force[:] = 0.0
         if forward == left == 0.0:
@@ -81,6 +92,15 @@ class Engine:
         force[:3] = forward * cosine - left * sine, forward * sine + left * cosine, 0.0
         arm = self._data.xmat[self._link].reshape(3, 3)[:, 2] * (PUSH_HEIGHT - self._height)
         force[3:] = np.cross(arm, force[:3])
+
+    def lay_bar(self, direction: float) -> None:
+        """Lay a bar across the way, `direction` 1 before the robot, -1 behind it."""
+        x, y, _, heading, _, _ = self.pose()
+        ahead = direction * BAR_DISTANCE
+        bar = x + ahead * np.cos(heading), y + ahead * np.sin(heading), BAR_HEIGHT - BAR_RADIUS
+        self._data.mocap_pos[1] = bar
+        half = 0.5 * heading
+        self._data.mocap_quat[1] = np.cos(half), 0.0, 0.0, np.sin(half)
 
     def grasp(self) -> None:
         """Let the hand take the body as it is."""

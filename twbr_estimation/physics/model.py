@@ -8,6 +8,7 @@ constant torque. Wheels touch the ground at one point each, in the middle of the
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ..robot import Robot
@@ -27,6 +28,8 @@ DEPTH = 0.6
 """Half depth of the body per wheel radius."""
 BELOW = 0.5
 """How far the body reaches below the axle per wheel radius."""
+BAR_RADIUS = 0.02
+"""Of the bar that lies under the ground until it is asked for [m]."""
 BODY_FRICTION = 0.5
 """Friction of the body on the ground."""
 
@@ -66,6 +69,10 @@ def description(robot: Robot, surroundings: Surroundings, step: float) -> str:
     <geom name="ground" type="plane" size="0 0 1" friction="{ground}" condim="4" priority="1"/>
     {" ".join(surroundings.obstacles)}
     <body name="hand" mocap="true"/>
+    <body name="bar" mocap="true" pos="0 0 -1">
+      <geom type="capsule" size="{BAR_RADIUS} 0.5" euler="{0.5 * math.pi} 0 0"
+            friction="{ground}" condim="4" priority="1"/>
+    </body>
     {_robot(robot)}
   </worldbody>
   <equality>

@@ -59,35 +59,25 @@ class Performance:
             self.engine.advance(STOPPED, empty(round(scene.prelude / step)))
         self.voltage = 0.0
         """Mean of the motors in the latest period [V]."""
-        self._script = self.stage.balanced(SETTLING)
+        self.script = self.stage.balanced(SETTLING)
         for _ in range(0 if scene.prelude > 0.0 else count(SETTLING)):
             self.advance(empty(self.steps))
         self.stage.periods = 0
-        self._script = scene.script(self.stage)
+        self.script = scene.script(self.stage)
 
-    def advance(
-        self, rows: FloatArray, commanded: tuple[float, float] | None = None
-    ) -> tuple[float, float]:
-        """Take one control period.
-
-        Args:
-            rows: receives the states after each step, (steps, COLUMNS).
-            commanded: voltages from outside [V] in place of the scene's own.
-
-        Returns:
-            The voltages of the motors [V].
-        """
-        stage, order = self.stage, self._order()
-        voltages = order.voltages if commanded is None else commanded
+    def advance(self, rows: FloatArray) -> None:
+        """Take one control period; `rows` receives the states after each step."""
+        stage, order = self.stage, self.order()
+        voltages = order.voltages
         if voltages is None:
             voltages = stage.balance.voltages(self.engine.moving(), order.speed, order.yaw_rate)
         self.engine.advance(voltages, rows, order.grip)
         self.voltage = 0.5 * (voltages[0] + voltages[1])
         stage.periods += 1
-        return voltages
 
-    def _order(self) -> Order:
-        order = next(self._script)
+    def order(self) -> Order:
+        """Return what the scene wants in the next control period."""
+        order = next(self.script)
         self.stage.watch()
         return order
 

@@ -52,6 +52,8 @@ class Stage:
         self.falls = 0
         self._speed = self._yaw_rate = 0.0
         self._lies = False
+        self.stays_down = False
+        """Whether a robot that falls while it balances is left lying."""
         self.height = engine.pose()[2]
         """Of the axle above the ground [m]."""
         self.home: tuple[float, float] | None = None
@@ -97,7 +99,7 @@ class Stage:
         """
         change, turn = acceleration * CONTROL_PERIOD, YAW_ACCELERATION * CONTROL_PERIOD
         for _ in range(count(seconds)):
-            if self.fallen:
+            if self.fallen and not self.stays_down:
                 yield from self.lain(self.between(1.0, 2.0))
                 yield from self.stood_up()
             self._speed += clamped(speed - self._speed, -change, change)

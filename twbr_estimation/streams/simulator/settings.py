@@ -28,6 +28,15 @@ class SensorPath(str, Enum):
     """By the drivers, from simulated chips."""
 
 
+class Physics(str, Enum):
+    """What moves the robot."""
+
+    RIG = "rig"
+    """The project's own rig."""
+    MUJOCO = "mujoco"
+    """The physics engine MuJoCo, extra `physics`."""
+
+
 @dataclass(frozen=True, slots=True)
 class SimulatorSettings:
     """What is simulated; fixed at the start.
@@ -39,6 +48,16 @@ class SimulatorSettings:
     world: Annotated[
         str, Meaning("What is wrong with robot, sensors and ground: a world of `twbr simulate`.")
     ] = "paper"
+    physics: Annotated[
+        Physics,
+        Meaning(
+            "What moves the robot: `rig`, or the physics engine `mujoco`, in which `scene` stands "
+            "for the world's ground and disturbances, and there are two encoders."
+        ),
+    ] = Physics.RIG
+    scene: Annotated[
+        str, Meaning("With `mujoco`: what happens to the robot, a scene of `twbr simulate`.")
+    ] = "stand"
     seed: Annotated[int, Bounds(0, 2**31 - 1, "", "Number of the random draw")] = 1
     disturbed: Annotated[
         bool,

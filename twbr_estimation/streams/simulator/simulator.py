@@ -7,13 +7,14 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ...physics.robot import PhysicsRobot
 from ...plants.laddach2022 import PlantState, back_emf, motor_torque
 from ...robot import Robot
 from ...samples import SINGLE_WHEEL_JOINT
 from ...sensors.motion import ImuMotion
 from ...simulation.disturbances import STEP
 from ...simulation.robot import Reading, SimulatedRobot
-from .settings import CommandUnit, Disturbance, SimulatorSettings
+from .settings import CommandUnit, Disturbance, Physics, SimulatorSettings
 
 STOPPED = (0.0, 0.0)
 LARGEST_LAG = 0.1
@@ -65,16 +66,7 @@ class Simulator:
 
     def _begin(self) -> None:
         settings = self.settings
-        self.robot = SimulatedRobot(
-            settings.world,
-            settings.seed,
-            settings.imu_period,
-            duration=settings.duration,
-            robot=self._given,
-            disturbed=settings.disturbed,
-            stay_down=settings.stay_down,
-            compiled=settings.compiled,
-        )
+        self.robot = robot_of(settings, self._given)
         self.stand_up()
         kept = math.ceil(REMEMBERED / settings.imu_period)
         self._readings = deque([self.robot.reading], kept)
@@ -240,6 +232,34 @@ class Simulator:
         """Return the angle of a wheel's encoder [rad] at that time."""
         wheels = self.at(seconds).wheels
         return wheels[min(index, len(wheels) - 1)]
+
+
+def robot_of(settings: SimulatorSettings, given: Robot | None) -> SimulatedRobot | PhysicsRobot:
+    """Return the robot that the settings ask for.
+
+    Raises:
+        ConfigurationError: an unknown world or scene, or a period that cannot be simulated.
+    """
+    if settings.physics is Physics.MUJOCO:
+        return PhysicsRobot(
+            settings.scene,
+            settings.world,
+            settings.seed,
+            settings.imu_period,
+            duration=settings.duration,
+            robot=given,
+            stay_down=settings.stay_down,
+        )
+    return SimulatedRobot(
+        settings.world,
+        settings.seed,
+        settings.imu_period,
+        duration=settings.duration,
+        robot=given,
+        disturbed=settings.disturbed,
+        stay_down=settings.stay_down,
+        compiled=settings.compiled,
+    )
 
 
 def _whole(seconds: float) -> float:
