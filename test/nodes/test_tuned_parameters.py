@@ -37,3 +37,18 @@ def test_nodes_take_tuned_parameters_from_the_file(graph: Any, tmp_path: Path) -
     node = graph.add(CorrectionNode(**graph.options(), cli_args=command))
     taken = node.get_parameter("correction.rate_time_constant").value
     assert taken == pytest.approx(correction.rate_time_constant, rel=1e-12)
+
+
+def test_written_files_can_be_loaded_by_ros2_param(tmp_path: Path) -> None:
+    """It reads each value as YAML a second time, which made a date of the provenance's."""
+    from rclpy.parameter import parameter_dict_from_yaml_file
+
+    from twbr_estimation.configuration.files import date_of_now, write_section
+    from twbr_estimation.robot import Calibration
+
+    file = tmp_path / "calibration.yaml"
+    provenance = {"source": "service ~/calibrate of a robot at rest", "date": date_of_now()}
+    write_section(file, Calibration(), {**provenance, "duration": 4.5})
+    loaded = parameter_dict_from_yaml_file(str(file), True)
+    assert loaded["provenance.date"].value.string_value == provenance["date"]
+    assert len(loaded["calibration.gyro_bias"].value.double_array_value) == 3

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Sequence
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from ..calibration.geometry import calibrate_geometry
 from ..calibration.poses import calibrate_poses
 from ..calibration.still import StillOptions, calibrate_still
 from ..configuration.calibration_files import save
-from ..configuration.files import FILES, read_setup
+from ..configuration.files import FILES, date_of_now, read_setup
 from ..configuration.of_recording import CONFIG_FOLDER
 from ..errors import ConfigurationError
 from ..recording import Recording
@@ -136,7 +135,7 @@ def _origin(recordings: Sequence[Recording]) -> dict[str, Any]:
     """Return where the values come from."""
     origin: dict[str, Any] = {
         "source": ", ".join(recording.source for recording in recordings),
-        "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "date": date_of_now(),
         "duration": round(sum(recording.duration for recording in recordings), 6),
     }
     measured = [each.temperature for each in recordings if each.temperature is not None]

@@ -8,7 +8,6 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from ..configuration.files import date_of_now
 from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..tuning.objective import Objective
@@ -199,7 +199,7 @@ def _smoothed(line: Line, source: str, share: float) -> None:
 
 def _provenance() -> dict[str, str]:
     command = shlex.join(["twbr", *sys.argv[1:]])
-    return {"command": command, "date": datetime.now(timezone.utc).isoformat(timespec="seconds")}
+    return {"command": command, "date": date_of_now()}
 
 
 def _print(console: Console, result: TuningResult) -> None:

@@ -7,8 +7,10 @@ later one rules, as for nodes.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
+from datetime import datetime, timezone
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
@@ -86,6 +88,14 @@ def read_settings(*paths: PathLike) -> Settings:
         _period(entries.get("settings_dt")),
         ", ".join(str(path) for path in paths),
     )
+
+
+def date_of_now() -> str:
+    """Return the time in UTC, in a form that YAML takes for text.
+
+    `ros2 param load` reads each value as YAML again and cannot send what becomes a date.
+    """
+    return f"{datetime.now(timezone.utc):%Y-%m-%d at %H:%M:%S UTC}"
 
 
 def write_section(
@@ -192,8 +202,8 @@ def configuration_files(path: PathLike) -> list[Path]:
         ConfigurationError: there is no such path, or the folder holds none.
     """
     path = Path(path)
-    if not path.exists():
-        raise ConfigurationError(f"{path}: there is no such file or folder")
+    if not os.path.exists(path):
+        raise ConfigurationError(f"{path}: cannot be read: there is no such file or folder")
     if not is_folder(path):
         return [path]
     found = [path / name for name in FILES if (path / name).is_file()]

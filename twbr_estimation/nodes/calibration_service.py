@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from ..calibration.stillness import StillnessSettings, still_calibration
-from ..configuration.files import read_setup, write_section
+from ..configuration.files import date_of_now, read_setup, write_section
 from ..errors import TwbrError
 from ..robot import Calibration, Setup
 from ..samples import Sample
@@ -111,7 +110,7 @@ class CalibrationService:
             return f"not saved: the parameter {CALIBRATION_FILE.name} is empty"
         provenance: dict[str, str | float] = {
             "source": f"service {self._service.srv_name} of a robot at rest",
-            "date": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "date": date_of_now(),
             "duration": self._stillness.current.duration,
         }
         write_section(self._path, calibration, provenance, replace=True)
