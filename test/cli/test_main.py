@@ -12,7 +12,7 @@ import pytest
 from twbr_estimation import __version__
 from twbr_estimation.cli import main as cli
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.filters import filters
+from twbr_estimation.filters import filters, listed_filters
 
 
 def run_twbr(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -108,9 +108,15 @@ def test_filters_as_json_lists_every_filter_with_its_parameters():
     assert time_constant["minimum"] < time_constant["default"] < time_constant["maximum"]
 
 
-def test_filters_as_a_table_names_every_parameter():
+def test_filters_as_a_list_name_every_filter_on_80_columns():
     printed = run_twbr("filters").stdout
-    for entry in filters().values():
+    for entry in listed_filters().values():
         assert entry.name in printed
+    assert max(map(len, printed.splitlines())) <= 80
+
+
+def test_filters_in_full_name_every_parameter():
+    printed = run_twbr("filters", "all").stdout
+    for entry in listed_filters().values():
         assert entry.source in " ".join(printed.split())
         assert all(parameter.name in printed for parameter in entry.declared())

@@ -13,6 +13,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..bags import read_recording
+from ..calibration.balance import calibrate_balance
+from ..calibration.faces import calibrate_faces
 from ..calibration.findings import (
     Finding,
     Findings,
@@ -23,9 +25,12 @@ from ..calibration.findings import (
 from ..calibration.geometry import calibrate_geometry
 from ..calibration.poses import calibrate_poses
 from ..calibration.still import StillOptions, calibrate_still
+from ..calibration.turns import calibrate_turns
+from ..calibration.wall import calibrate_wall
 from ..configuration.calibration_files import save
 from ..configuration.files import FILES, date_of_now, read_setup
 from ..configuration.of_recording import CONFIG_FOLDER
+from ..drives import Drive
 from ..errors import ConfigurationError
 from ..recording import Recording
 from ..robot import Setup
@@ -58,7 +63,23 @@ def add_parser(subparsers: Any) -> None:
     )
     _add_kind(kinds, "poses", "accelerometer scale from a robot held at angles", _poses)
     summary = "lever arm, wheel radius, mounting, gyro scale and delays from drives"
-    _add_kind(kinds, "geometry", summary, _geometry, "+")
+    geometry = _add_kind(kinds, "geometry", summary, _geometry, "+")
+    geometry.add_argument(
+        "--smooth",
+        action="store_true",
+        help="make a reference from the recording itself where it has none",
+    )
+    summary = "accelerometer bias and scale from a robot put on three to six faces"
+    _add_kind(kinds, "faces", summary, _faces, "+")
+    summary = "gyro scale from whole turns by hand between two rests"
+    turns = _add_kind(kinds, "turns", summary, _turns, "+")
+    turns.add_argument(
+        "--turns", type=float, metavar="N", help="turns made; default: the nearest whole number"
+    )
+    summary = "mounting pitch from a robot leant against a wall, forward and backward"
+    _add_kind(kinds, "wall", summary, _wall, "+")
+    summary = "the tilt at which the robot balances, from balancing"
+    _add_kind(kinds, "balance", summary, _balance, "+")
 
 
 def _add_kind(
@@ -183,5 +204,39 @@ def _poses(
 def _geometry(
     recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
 ) -> Findings:
-    del arguments
+    if arguments.smooth:
+        recordings = [_smoothed(recording, setup) for recording in recordings]
     return geometry_findings(calibrate_geometry(recordings, setup), setup)
+
+
+def _smoothed(recording: Recording, setup: Setup) -> Recording:
+    """Return a recording with its smoothed tilt as reference where it has none."""
+    if recording.reference is not None:
+        return recording
+    drive = Drive(recording, setup)
+    return drive.with_reference(drive.smoothed().as_track()).recording
+
+
+def _faces(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    del arguments
+    return calibrate_faces(recordings, setup)
+
+
+def _turns(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    return calibrate_turns(recordings, setup, arguments.turns)
+
+
+def _wall(recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace) -> Findings:
+    del arguments
+    return calibrate_wall(recordings, setup)
+
+
+def _balance(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    del arguments
+    return calibrate_balance(recordings, setup)
