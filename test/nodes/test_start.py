@@ -120,6 +120,14 @@ def test_a_parameter_that_no_node_has_is_named(graph: Any, name: str, meant: str
     assert name in said and meant in said
 
 
+def test_a_driver_names_what_its_chip_does_not_have_and_takes_a_whole_robot(graph: Any) -> None:
+    robot = {entry.name: entry.value for entry in read_parameters(ROOT / "config" / "robot.yaml")}
+    assert warned(graph, Mpu6050Node, simulated=True, autostart=False, **robot) == ""
+    wrong = {"mpu6050.gyro_range": 500, "robot.wheel_radious": 0.05}
+    said = warned(graph, Mpu6050Node, simulated=True, autostart=False, **wrong)
+    assert "mpu6050.gyro_range_deg meant" in said and "robot.wheel_radious" in said
+
+
 def test_the_files_of_the_package_warn_of_nothing(graph: Any) -> None:
     """All nodes get the same files, each takes what is its own."""
     given = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from rclpy.exceptions import (
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from ..robot import Robot
 from .command_line import ParameterFile
 from .parameter_requests import PROVENANCE, unknown
 
@@ -113,7 +115,8 @@ def _nobodys(name: str, declared: set[str]) -> bool:
     """Whether no node of this package has a parameter of this name."""
     owner, _, rest = name.partition(".")
     if rest and any(each.startswith(f"{owner}.") for each in declared):
-        return rest not in _fields()  # robot.wheel_radious where the node has the robot
+        # A driver takes some of the robot's parameters; the others are those of other nodes.
+        return owner != "robot" or rest not in {each.name for each in fields(Robot)}
     return owner not in _fields()
 
 
