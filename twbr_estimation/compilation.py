@@ -7,16 +7,33 @@ new entry in place of the old one.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from contextlib import suppress
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-import numba
-from llvmlite.binding import get_host_cpu_name
-from numba.extending import overload
+
+@contextmanager
+def _without(*packages: str) -> Iterator[None]:
+    """Keep packages that are not loaded yet from being imported for a while."""
+    absent = [name for name in packages if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]
+    try:
+        yield
+    finally:
+        for name in absent:
+            del sys.modules[name]
+
+
+# Numba looks for both; neither serves our loops, and they take as long as numba itself.
+with _without("coverage", "scipy.linalg.cython_blas"):
+    import numba
+    import numba.np.arraymath
+    from llvmlite.binding import get_host_cpu_name
+    from numba.extending import overload
 
 NOT_COMPILABLE = (numba.core.errors.NumbaError,)
 """What a loop raises at its first call where the functions in it cannot be compiled."""

@@ -9,12 +9,9 @@ from __future__ import annotations
 import argparse
 import fcntl
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import TimeoutError as LateError
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +19,6 @@ import numpy as np
 from ..errors import TwbrError, WorkerError
 from ..filters.base import Filter, filter_named, filters
 from ..pipeline.pairing import SampleTrack
-from ..processes import interrupts_held
 from ..robot import Robot, Setup
 from ..samples import Sample
 from .kernels import correction_kernel, filter_kernel, is_ours
@@ -77,15 +73,19 @@ def compile_missing(entries: Iterable[Filter], report: Report = lambda done, tot
     names = missing(entries)
     if not names:
         return
+    import multiprocessing  # which takes longer to import than most runs have time for
+
+    from ..processes import interrupts_held
+
     with interrupts_held():
-        pool = get_context("spawn").Pool(min(os.cpu_count() or 1, len(names)))
+        pool = multiprocessing.get_context("spawn").Pool(min(os.cpu_count() or 1, len(names)))
     with pool:
         compiled = pool.imap_unordered(compile_loop, names)
         for done in range(len(names)):
             report(done, len(names))
             try:
                 compiled.next(LONGEST)
-            except LateError:
+            except multiprocessing.TimeoutError:
                 raise WorkerError(f"compiling: no loop was done within {LONGEST:g} s") from None
     report(len(names), len(names))
 
@@ -99,6 +99,8 @@ def compile_later(entries: Iterable[Filter]) -> bool:
         return False
     names = missing(entries)
     if names:
+        import subprocess
+
         subprocess.Popen(
             [sys.executable, "-m", __spec__.name, "--background", *names],
             stdin=subprocess.DEVNULL,
