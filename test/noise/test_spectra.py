@@ -21,6 +21,26 @@ def test_the_area_under_a_spectrum_is_the_power() -> None:
     assert spectrum(NOISE, PERIOD).area(125.0) == pytest.approx(2.0, rel=0.05)
 
 
+@pytest.mark.parametrize("size", [300, 1999, 20_000])
+def test_spectrum_and_coherence_are_those_of_scipy(size: int) -> None:
+    """Whose import alone would take longer than all of a report's figures."""
+    from scipy.signal import coherence, welch
+
+    random = np.random.default_rng(1)
+    tilt = 0.1 * random.normal(size=size).cumsum()
+    error = 0.03 * tilt + random.normal(size=size)
+    found = angle_noise(error, tilt, 0.002)
+    segment = 2 * (found.spectrum.frequency.size - 1)
+    options = {"nperseg": segment, "detrend": False}
+    frequency, density = welch(error - error.mean(), fs=500.0, **options)
+    np.testing.assert_allclose(found.spectrum.frequency, frequency)
+    np.testing.assert_allclose(found.spectrum.density, density, rtol=1e-9)
+    _, coherent = coherence(tilt - tilt.mean(), error - error.mean(), **options)
+    chance = 1.0 / max(2, 2 * (size // segment) - 1)
+    share = float(((coherent - chance) / (1.0 - chance) * density).sum() / density.sum())
+    assert found.coherent_share == pytest.approx(max(0.0, share))
+
+
 def test_the_motion_s_band_ends_above_its_fast_part() -> None:
     assert 0.7 < band_of(spectrum(TILT, PERIOD)) < 1.6
 

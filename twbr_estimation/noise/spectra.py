@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..recording import FloatArray
 
@@ -66,12 +67,23 @@ def spectrum(values: FloatArray, period: float) -> Spectrum:
         values: equidistant samples, (n,).
         period: sampling period [s].
     """
-    from scipy.signal import welch
-
     size = _segment(values.size)
     # The signal's own mean goes, the segments' means stay: slow drift is noise, too.
-    frequency, density = welch(values - values.mean(), fs=1.0 / period, nperseg=size, detrend=False)
+    waves = _waves(values - values.mean(), size)
+    density = np.mean(np.square(np.abs(waves)), axis=0) * period / np.sum(np.square(_hann(size)))
+    density[1 : (size + 1) // 2] *= 2.0  # negative frequencies; those at the ends have none
+    frequency = np.asarray(np.fft.rfftfreq(size, period), dtype=np.float64)
     return Spectrum(frequency, density)
+
+
+def _hann(size: int) -> FloatArray:
+    return np.square(np.sin(np.pi * np.arange(size) / size))
+
+
+def _waves(values: FloatArray, size: int) -> NDArray[np.complex128]:
+    """Return the Fourier transforms of half-overlapping segments under a Hann window."""
+    segments = np.lib.stride_tricks.sliding_window_view(values, size)[:: size - size // 2]
+    return np.asarray(np.fft.rfft(segments * _hann(size), axis=1), dtype=np.complex128)
 
 
 def band_of(motion: Spectrum) -> float:
@@ -107,10 +119,11 @@ def angle_noise(error: FloatArray, tilt: FloatArray, period: float) -> AngleNois
 
 def _coherent_share(error: FloatArray, tilt: FloatArray, period: float) -> float:
     """Return the share of the error's power that a linear filter could make of the tilt."""
-    from scipy.signal import coherence
-
     size = _segment(error.size)
-    _, coherent = coherence(tilt - tilt.mean(), error - error.mean(), nperseg=size, detrend=False)
+    moved, missed = (_waves(values - values.mean(), size) for values in (tilt, error))
+    shared = np.abs(np.mean(np.conj(moved) * missed, axis=0)) ** 2
+    powers = (np.mean(np.square(np.abs(waves)), axis=0) for waves in (moved, missed))
+    coherent = shared / math.prod(powers)
     averaged = max(2, 2 * (error.size // size) - 1)
     # Unrelated signals have a coherence of 1 / averages; only what is above it counts.
     above = (coherent - 1.0 / averaged) / (1.0 - 1.0 / averaged)
