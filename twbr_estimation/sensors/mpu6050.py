@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Iterator
 from struct import Struct
 from typing import NamedTuple
 
@@ -69,11 +70,17 @@ class Mpu6050:
 
     def __init__(self, registers: Registers, settings: Mpu6050Settings) -> None:
         self.settings = settings
-        self.model: ChipModel = MPU6050
+        self.model: ChipModel
         """What the chip is; known after `identify`."""
         self._registers = registers
         self._gyro_scale = settings.gyro_scale
         self._accel_scale = settings.accel_scale
+        self._take_model(MPU6050)
+
+    def _take_model(self, model: ChipModel) -> None:
+        self.model = model
+        self._degrees_per_count = model.degrees_per_count
+        self._degrees_at_zero = model.degrees_at_zero
 
     def _read(self, register: int, length: int) -> bytes:
         """Read that many bytes; fewer are a broken transfer."""
@@ -92,7 +99,7 @@ class Mpu6050:
         identity = self._read(Register.WHO_AM_I, 1)[0]
         if identity in (0x00, 0xFF):
             raise SensorError(f"WHO_AM_I: 0x{identity:02x}, which no chip of this family answers")
-        self.model = model_of(identity)
+        self._take_model(model_of(identity))
         self.settings.require_fifo(self.model)
         if identity == WHO_AM_I:
             return None
@@ -189,7 +196,7 @@ class Mpu6050:
             words[0] * accel,
             words[1] * accel,
             words[2] * accel,
-            self.model.temperature(words[3]),
+            words[3] * self._degrees_per_count + self._degrees_at_zero,
         )
 
     def close(self) -> None:
@@ -200,6 +207,11 @@ class Mpu6050:
 def words_of(data: bytes, packet: int = 0) -> Words:
     """Return the seven words of one packet of `data`."""
     return _PACKET.unpack_from(data, packet * PACKET_BYTES)
+
+
+def packets_of(data: bytes) -> Iterator[Words]:
+    """Yield the seven words of each packet of `data`."""
+    return _PACKET.iter_unpack(data)
 
 
 def temperature_of(raw: int) -> float:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from ..errors import SensorError
 from .fifo_reader import FifoReader, OutOfStepError
-from .mpu6050 import RESET_TIME, ImuReading, Mpu6050, Reading, Words, words_of
+from .mpu6050 import RESET_TIME, ImuReading, Mpu6050, Reading, Words, packets_of, words_of
 from .mpu6050_counters import Counters
 from .packet_watch import PacketWatch
 from .sample_clock import SampleClock
@@ -178,9 +178,9 @@ class Mpu6050Reader:
             self._notice_silence()
             return ()
         self._silent_since = self._monotonic()
-        device, watch = self._device, self._watch
-        packets = ((stamp, words_of(data, index)) for index, stamp in enumerate(stamps))
-        return [device.reading(stamp, words) for stamp, words in packets if watch.usable(words)]
+        reading, usable = self._device.reading, self._watch.usable
+        packets = zip(stamps, packets_of(data), strict=True)
+        return [reading(stamp, words) for stamp, words in packets if usable(words)]
 
     def with_retries(self, transfer: Callable[[], Result]) -> Result:
         """Return what the transfer gives, tried again a few times if it fails."""

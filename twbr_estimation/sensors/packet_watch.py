@@ -11,6 +11,7 @@ REPEATS_PASSED = 3
 """Equal packets in a row that pass; two ticks may read the same sample."""
 JUMP = 4096
 """Change from packet to packet that is worth a second look, an eighth of full scale [counts]."""
+_IDLE = {0: "zeros", -1: "ones"}
 
 
 class PacketWatch:
@@ -46,7 +47,16 @@ class PacketWatch:
         last = self._last
         if last is None:
             return False
-        return any(abs(new - old) > JUMP for new, old in zip(words, last, strict=True))
+        ax, ay, az, temperature, gx, gy, gz = last
+        return not (  # written out: this is done for every sample
+            -JUMP <= words[0] - ax <= JUMP
+            and -JUMP <= words[1] - ay <= JUMP
+            and -JUMP <= words[2] - az <= JUMP
+            and -JUMP <= words[3] - temperature <= JUMP
+            and -JUMP <= words[4] - gx <= JUMP
+            and -JUMP <= words[5] - gy <= JUMP
+            and -JUMP <= words[6] - gz <= JUMP
+        )
 
     def usable(self, words: Words) -> bool:
         """Take the next packet; False where it is no sample."""
@@ -75,7 +85,9 @@ def _not_a_sample(words: Words) -> str:
     Accelerations of exactly 0 or -1 counts on three axes do not occur, in free fall neither; a
     bus let go in mid packet leaves them from there on.
     """
-    for name, word in (("zeros", 0), ("ones", -1)):
-        if words[0] == words[1] == words[2] == word or words[3:] == (word,) * 4:
-            return name
+    ax, ay, az, temperature, gx, gy, gz = words
+    if ax == ay == az and ax in _IDLE:
+        return _IDLE[ax]
+    if temperature == gx == gy == gz and gx in _IDLE:
+        return _IDLE[gx]
     return ""
