@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import time
 from itertools import count
 from pathlib import Path
 
 CONFIGFS = Path("/sys/kernel/config/gpio-sim")
+TICK = 0.012
+"""Longer than a tick of the slowest kernel, that of User-Mode Linux with 100 Hz [s]."""
 _numbers = count()
 
 
@@ -38,11 +41,15 @@ class GpioSim:
         (self._lines / f"sim_gpio{line}" / "pull").write_text(value)
 
     def turn(self, counts: int, line_a: int = 5, line_b: int = 6) -> None:
-        """Turn an encoder on two lines by that many counts."""
+        """Turn an encoder on two lines by that many counts, no faster than edges are served.
+
+        The chip raises an interrupt from a timer's tick: two changes within one are one edge.
+        """
         for _ in range(abs(counts)):
             equal = self._levels[line_a] == self._levels[line_b]
             line = line_a if equal == (counts > 0) else line_b
             self.set(line, not self._levels[line])
+            time.sleep(TICK)
 
     def close(self) -> None:
         """Remove the chip."""

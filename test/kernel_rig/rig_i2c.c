@@ -11,6 +11,7 @@
 #include <linux/miscdevice.h>
 #include <linux/module.h>
 #include <linux/mutex.h>
+#include <linux/poll.h>
 #include <linux/uaccess.h>
 #include <linux/wait.h>
 
@@ -86,8 +87,12 @@ static ssize_t rig_read(struct file *file, char __user *to, size_t room, loff_t 
 	u32 num;
 	int i;
 
-	if (wait_event_interruptible(rig_wait, READ_ONCE(rig_state) == RIG_ASKED))
+	if (file->f_flags & O_NONBLOCK) {
+		if (READ_ONCE(rig_state) != RIG_ASKED)
+			return -EAGAIN;
+	} else if (wait_event_interruptible(rig_wait, READ_ONCE(rig_state) == RIG_ASKED)) {
 		return -ERESTARTSYS;
+	}
 	mutex_lock(&rig_lock);
 	if (rig_state != RIG_ASKED)
 		goto out;
@@ -143,10 +148,17 @@ out:
 	return done;
 }
 
+static __poll_t rig_poll(struct file *file, poll_table *table)
+{
+	poll_wait(file, &rig_wait, table);
+	return READ_ONCE(rig_state) == RIG_ASKED ? EPOLLIN | EPOLLRDNORM : 0;
+}
+
 static const struct file_operations rig_operations = {
 	.owner = THIS_MODULE,
 	.read = rig_read,
 	.write = rig_write,
+	.poll = rig_poll,
 };
 
 static struct miscdevice rig_device = {

@@ -268,12 +268,16 @@ def test_gpio_edges_that_the_kernel_dropped_are_counted(request_: Request) -> No
     assert counter.errors == 4
 
 
-def test_gpio_edges_lost_before_the_first_read_are_counted(request_: Request) -> None:
+@pytest.mark.parametrize("lost", [1, 2, 3, 6, 12])
+def test_gpio_edges_lost_before_the_first_read_are_counted(request_: Request, lost: int) -> None:
     counter = GpioCounter(request_, 5, 6, None)
     request_.turn(20)
-    del request_.events[:12]
-    assert counter.read() == 8
-    assert counter.errors == 12
+    del request_.events[:lost]
+    assert counter.read() == pytest.approx(20 - lost, abs=2)
+    assert counter.errors == lost, "each once"
+    request_.turn(20)
+    assert counter.read() == pytest.approx(40 - lost, abs=2)
+    assert counter.errors == lost
 
 
 def test_one_read_of_gpio_edges_ends(request_: Request) -> None:

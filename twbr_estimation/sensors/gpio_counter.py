@@ -68,6 +68,8 @@ class GpioCounter:
         self._sequence = 0
         self._last_edge, self._last_line = -ONE_INTERRUPT, line_a
         self._state = self._levels()
+        self._uncertain = 0
+        """Bits of the lines whose level is not known since edges were lost."""
 
     def _levels(self) -> int:
         a, b = self._request.get_values([self._line_a, self._line_b])
@@ -97,6 +99,9 @@ class GpioCounter:
         self._last_edge, self._last_line = event.timestamp_ns, line
         bit = 2 if line == self._line_a else 1
         high = event.event_type == event.Type.RISING_EDGE
+        if self._uncertain & bit:  # its level before is what this edge says; counted already
+            self._uncertain &= ~bit
+            self._state = self._state & ~bit if high else self._state | bit
         state = self._state | bit if high else self._state & ~bit
         self.errors += state == self._state  # the edge before this one was missed
         self._count += _STEPS[self._state << 2 | state]
@@ -107,8 +112,10 @@ class GpioCounter:
         half = SEQUENCE_NUMBERS // 2
         ahead = (number - self._sequence + half) % SEQUENCE_NUMBERS - half
         if ahead > 0:
-            self.errors += ahead - 1
             self._sequence = number
+            if ahead > 1:
+                self.errors += ahead - 1
+                self._uncertain = 3
         else:
             self.errors -= 1
 
