@@ -18,7 +18,9 @@ NOISE = ["allantools>=2024.4", "matplotlib>=3.6.3"]
 PEERS = ["vqf>=2.1", "imufusion>=1.3", "ahrs>=0.4", "riann>=0.2", "attipy>=0.0.7", "gtsam>=4.3"]
 PHYSICS = ["mujoco>=3.2"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.6.3"]
+SERIAL = ["pyserial>=3.5", "cobs>=1.2"]
 TEST = [
+    *SERIAL,
     *DASHBOARD,
     "pytest>=7.4",
     "hypothesis>=6.98",
@@ -71,6 +73,7 @@ setup(
         "dask": DASK,
         "dashboard": DASHBOARD,
         "docs": DOCS,
+        "serial": SERIAL,
         "noise": NOISE,
         "peers": PEERS,
         "physics": PHYSICS,
