@@ -12,6 +12,7 @@ import pytest
 from twbr_estimation.calibration.geometry import calibrate_geometry
 from twbr_estimation.calibration.regression import regress
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
+from twbr_estimation.drives import Drive
 from twbr_estimation.errors import CalibrationError, RecordingError
 from twbr_estimation.imports import Options, load
 from twbr_estimation.recording import ImuTrack, TiltTrack, WheelTrack
@@ -139,3 +140,18 @@ def test_a_gyro_of_another_sign_or_unit_is_no_scale_error(factor) -> None:
     setup = Setup(wide, replace(drive.setup.calibration, gyro_bias=(0.0, 0.0, 0.0)))
     with pytest.raises(CalibrationError, match="no scale error"):
         calibrate_geometry([replace(drive.recording, imu=imu)], setup)
+
+
+def test_a_smoothed_reference_gives_lengths_but_not_the_gyro_s_scale() -> None:
+    simulated = simulate("W2", 0.004, 40.0, 1)
+    bare = replace(simulated.recording, reference=None, truth=None)
+    drive = Drive(bare, simulated.setup)
+    with_reference = drive.with_reference(drive.smoothed().as_track()).recording
+    found = calibrate_geometry([with_reference], simulated.setup, smoothed=True)
+    assert found.estimates["gyro scale y"].value is None
+    assert found.setup.calibration.gyro_scale == simulated.setup.calibration.gyro_scale
+    true = simulated.true_setup.robot
+    for name, value in (("wheel radius", true.wheel_radius), ("lever arm z", true.lever_arm[2])):
+        each = found.estimates[name]
+        assert each.value is not None and each.error is not None
+        assert each.value == pytest.approx(value, abs=3.0 * each.error)

@@ -34,6 +34,10 @@ it twenty times better than a drive."""
 UNSEEN_PLACEMENT = 0.03
 """Standard uncertainty of lengths where the placement is taken as known, as a share of them."""
 LENGTHS = ("wheel radius", "lever arm z")
+OWN = ("gyro scale y", "reference delay", "mounting pitch")
+"""Quantities that a smoothed reference cannot show."""
+SMOOTHED_FACTOR = 2.0
+"""How much larger the errors of the others are with it."""
 LIMITS = {
     "wheel radius": 0.002,
     "lever arm x": 0.01,
@@ -74,12 +78,16 @@ class GeometryResult:
     """Share of the drives in which the accelerometer was usable."""
 
 
-def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> GeometryResult:
+def calibrate_geometry(
+    recordings: Sequence[Recording], setup: Setup, smoothed: bool = False
+) -> GeometryResult:
     """Estimate the geometry of a robot from its drives.
 
     Args:
         recordings: drives with a reference encoder.
         setup: calibrated as far as it is; delays are counted without its gyro's own.
+        smoothed: whether the references are smoothed from the drives themselves: then the gyro's
+            scale is not told, and lengths are less certain.
 
     Raises:
         RecordingError: no reference, or too short.
@@ -101,6 +109,8 @@ def calibrate_geometry(recordings: Sequence[Recording], setup: Setup) -> Geometr
         found.update(_less_certain(_kinematic_estimates(wheeled, gyro, taken, setup)))
     else:
         found.update(_kinematic_estimates(wheeled, gyro, placement, setup))
+    if smoothed:
+        found = {name: _by_smoothing(name, estimate) for name, estimate in found.items()}
     told = {name: _limited(name, estimate) for name, estimate in found.items()}
     return GeometryResult(_configured(setup, told, placement), told, turn, placement, share)
 
@@ -143,6 +153,15 @@ def _placement(
         return Estimate(turn, error, reason), None, fit.share
     placement = EncoderPlacement.BODY if near == 1 else EncoderPlacement.GROUND
     return Estimate(turn, error), placement, fit.share
+
+
+def _by_smoothing(name: str, estimate: Estimate) -> Estimate:
+    """Return what an estimate is worth whose reference comes from the same gyro and wheels."""
+    if name in OWN:
+        return Estimate(None, None, "the smoothed reference comes from this gyro")
+    if estimate.error is None:
+        return estimate
+    return replace(estimate, error=SMOOTHED_FACTOR * estimate.error)
 
 
 def _less_certain(estimates: dict[str, Estimate]) -> dict[str, Estimate]:

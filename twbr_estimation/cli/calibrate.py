@@ -204,9 +204,10 @@ def _poses(
 def _geometry(
     recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
 ) -> Findings:
-    if arguments.smooth:
+    smoothed = arguments.smooth and any(each.reference is None for each in recordings)
+    if smoothed:
         recordings = [_smoothed(recording, setup) for recording in recordings]
-    return geometry_findings(calibrate_geometry(recordings, setup), setup)
+    return geometry_findings(calibrate_geometry(recordings, setup, smoothed), setup)
 
 
 def _smoothed(recording: Recording, setup: Setup) -> Recording:
