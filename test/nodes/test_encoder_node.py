@@ -149,7 +149,7 @@ def test_counters_outlive_the_device(graph: Any) -> None:
     ("name", "value", "reason"),
     [
         ("joint_names", ["a", "b", "c"], "1 or 2"),
-        ("signs", [1, 2], "not all 1 or -1"),
+        ("signs", [1, 0], "not all 1 or -1"),
         ("signs", [1], "2 needed"),
         ("encoder.counts_per_turn", 2000, "unconfigured"),
     ],
