@@ -17,7 +17,7 @@ from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Association, Options, score
+from twbr_estimation.scoring.errors import Association, ScoringOptions, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.worlds import World, world_named
 
@@ -41,7 +41,7 @@ def errors_of(
     """Return the mean square errors of several filters on one recording [deg^2]."""
     assert recording.reference is not None
     corrected = Drive(recording, setup).corrected
-    association = Association(recording.reference, Options())
+    association = Association(recording.reference, ScoringOptions())
     first = int(recording.imu.stamps[0])
     found = {}
     for name in names:

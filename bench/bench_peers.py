@@ -29,7 +29,7 @@ from twbr_estimation.physics import simulate as simulate_scene
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Robot, Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
-from twbr_estimation.scoring.errors import Options
+from twbr_estimation.scoring.errors import ScoringOptions
 from twbr_estimation.simulation import simulate
 
 RECOMMENDED = Robot(gyro_range=math.radians(1000.0), accel_range=8.0 * STANDARD_GRAVITY)
@@ -86,7 +86,7 @@ def main() -> None:
     missing: dict[str, None] = {}
     for case in {"real": real, "worlds": worlds, "scenes": scenes}[arguments.cases](arguments):
         print(case.recording.source, file=sys.stderr, flush=True)
-        drive = Drive(case.recording, case.setup, options=Options(skip=case.skip))
+        drive = Drive(case.recording, case.setup, options=ScoringOptions(skip=case.skip))
         found = compare(drive)
         groups.setdefault(case.group, []).append(found)
         missing |= dict.fromkeys(found.missing)

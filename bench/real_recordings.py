@@ -27,7 +27,7 @@ from twbr_estimation.imports import imported
 from twbr_estimation.messages import tilt_of_quaternion
 from twbr_estimation.recording import FloatArray, Recording, TiltTrack
 from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Association, Options, score
+from twbr_estimation.scoring.errors import Association, ScoringOptions, score
 
 BROAD = (
     "12_undisturbed_slow_translation_C",
@@ -67,7 +67,7 @@ class Figures(NamedTuple):
 def broad(data: Path, trial: str, axis: str) -> imported.ImportedLog:
     """Read one trial for the tilt about one axis."""
     path = data / "broad_translation" / f"{trial}.mat"
-    return imported.load(path, "broad", imported.Options(axis=axis))
+    return imported.load(path, "broad", imported.ScoringOptions(axis=axis))
 
 
 def uiuc(data: Path, name: str) -> imported.ImportedLog:
@@ -122,7 +122,7 @@ def judged(recording: Recording, track: TiltTrack, skip: float) -> Figures:
     as_is = found.mse_deg2
     for _ in range(_DELAY_STEPS):
         delay = found.delay_s
-        shifted = Association(recording.reference, Options(reference_delay=delay))
+        shifted = Association(recording.reference, ScoringOptions(reference_delay=delay))
         found = score(track.stamps, track.tilt, shifted, first)
         found = replace(found, delay_s=delay + found.delay_s)
     return Figures(as_is, found.mse_deg2 - found.bias_deg**2)

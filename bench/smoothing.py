@@ -20,7 +20,7 @@ from twbr_estimation.batch import run_filter
 from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Association, Options, score
+from twbr_estimation.scoring.errors import Association, ScoringOptions, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.simulate import Simulated
 from twbr_estimation.smoothing import SMOOTHER, smooth
@@ -44,7 +44,7 @@ def real_table(folder: Path) -> None:
                 causal = run_filter(entry, entry.configure(), corrected, setup.robot)
                 found = smooth(corrected, setup.robot)
                 assert recording.reference is not None
-                association = Association(recording.reference, Options())
+                association = Association(recording.reference, ScoringOptions())
                 first = int(recording.imu.stamps[0])
                 errors = [
                     score(found.stamps, tilt, association, first).mse_deg2

@@ -28,7 +28,7 @@ CONFIG = Path(__file__).resolve().parent.parent / "config"
 SWITCH = ["true", "false"]
 WHEEL_JOINTS = ["left_wheel_joint", "right_wheel_joint"]
 SWITCHES = ("disturbed", "stay_down", "lockstep", "compiled")
-PATIENCE = 60.0
+START_TIMEOUT = 60.0
 """In lockstep: wall time [s] for which nobody takes a standing clock for a dead sensor."""
 
 
@@ -75,8 +75,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     chosen: dict[str, Any] = {"filter": given["filter"]} if given["filter"] else {}
     if given["compare"]:
         chosen["compare"] = given["compare"].split(",")
-    patient = {"timeout": PATIENCE} if in_lockstep else {}
-    standing = {"clock_timeout": PATIENCE} if in_lockstep else {}
+    patient = {"timeout": START_TIMEOUT} if in_lockstep else {}
+    standing = {"clock_timeout": START_TIMEOUT} if in_lockstep else {}
     controller = {"controller": given["controller"]} if given["controller"] else {}
     source = {"json_file": given["json"], "source": f"world {given['world']}, seed {given['seed']}"}
     found = [

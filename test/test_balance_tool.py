@@ -23,7 +23,7 @@ from rich.console import Console
 TOOLS = Path(__file__).resolve().parent.parent / "tools"
 TOOL = TOOLS / "balance.py"
 LEAVE_SCREEN, SHOW_CURSOR = b"\x1b[?1049l", b"\x1b[?25h"
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ class Terminal:
 
     def read_until(self, text: str) -> None:
         """Read on until the text has come after what was asked for before."""
-        start, end = len(self.output), time.monotonic() + PATIENCE
+        start, end = len(self.output), time.monotonic() + TIMEOUT
         while text.encode() not in self.output[start:]:
             assert time.monotonic() < end, self.output[-3000:].decode(errors="replace")
             if select.select([self.master], [], [], 0.1)[0]:
@@ -109,7 +109,7 @@ class Terminal:
 
     def finish(self) -> int:
         """Read to the end; return the exit status."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while self.process.poll() is None and time.monotonic() < end:
             if select.select([self.master], [], [], 0.1)[0]:
                 self.output += os.read(self.master, 65536)

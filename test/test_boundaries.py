@@ -121,3 +121,17 @@ def test_importing_the_package_costs_nothing() -> None:
 
 def test_listing_filters_compiles_nothing() -> None:
     assert "numba" not in loaded_by("twbr_estimation.cli.main", "twbr_estimation.cli.filters")
+
+
+CONVENTIONAL = {"Parameters", "State", "Coefficients"}
+"""Classes that every filter and controller may define in its own file."""
+
+
+def test_no_two_public_classes_have_one_name() -> None:
+    places: dict[str, list[str]] = {}
+    for path in MODULES:
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
+    twice = {name: found for name, found in places.items() if len(found) > 1}
+    assert {name: found for name, found in twice.items() if name not in CONVENTIONAL} == {}

@@ -44,7 +44,7 @@ FASTEST = 0.4
 """[m/s]."""
 SIMULATOR = {"imu_period": 0.005, "duration": 20.0, "stay_down": False}
 """Slow and short, so that it starts soon; a fallen robot is stood up by itself."""
-PATIENCE = 30.0
+START_TIMEOUT = 30.0
 """Longest time until the robot stands [s]."""
 ARROWS = {"\x1b[A": "w", "\x1b[B": "s", "\x1b[C": "d", "\x1b[D": "a"}
 
@@ -249,8 +249,8 @@ def watch(graph: Graph, watcher: Watcher, shown: Shown, seconds: float) -> Itera
         if begin is not None:
             shown.take_time(now - begin)
             shown.history.append((shown.reference, shown.estimate))
-        elif now - created > PATIENCE:
-            raise RuntimeError(f"there is no estimate after {PATIENCE:g} s")
+        elif now - created > START_TIMEOUT:
+            raise RuntimeError(f"there is no estimate after {START_TIMEOUT:g} s")
         yield
 
 

@@ -21,7 +21,7 @@ RECORDING = ROOT / "bags" / "verification"
 PRESET = "table2"
 PARAMETERS = ROOT / "twbr_estimation" / "presets" / PRESET / "2ms.yaml"
 LOSSLESS = ROOT / "config" / "lossless.yaml"
-PATIENCE = 120.0
+START_TIMEOUT = 120.0
 """Longest time the whole graph may take [s]."""
 
 
@@ -45,7 +45,7 @@ def run_graph(bag: Path, target: Path, folder: Path) -> None:
             "wait_for": ["/imu/data_raw", "/imu/data_corrected", "/imu/data", "/tilt/compare"],
         }
         graph.start("replay_node", replay)
-        graph.wait("replay_node", PATIENCE)
+        graph.wait("replay_node", START_TIMEOUT)
         graph.stop("evaluator_node")
     finally:
         graph.close()

@@ -15,7 +15,7 @@ import yaml
 
 DISCOVERY_PORT, PORTS_A_DOMAIN = 7400, 250
 """Where DDS puts the ports of a domain."""
-GOODBYE = 10.0
+SHUTDOWN_TIMEOUT = 10.0
 """Longest time a node may take to stop [s]."""
 
 
@@ -91,7 +91,7 @@ class Graph:
     def stop(self, node: str) -> None:
         """Ask a node to stop, and wait for it."""
         self._running[node].terminate()  # SIGINT is ignored below a script's background job
-        self.wait(node, GOODBYE)
+        self.wait(node, SHUTDOWN_TIMEOUT)
 
     def close(self) -> None:
         """End every node that still runs."""
@@ -99,7 +99,7 @@ class Graph:
             process.terminate()
         for process in self._running.values():
             try:
-                process.wait(GOODBYE)
+                process.wait(SHUTDOWN_TIMEOUT)
             except subprocess.TimeoutExpired:
                 process.kill()
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .robot import Setup as Setup
     from .samples import CorrectedSample as CorrectedSample
     from .samples import TiltEstimate as TiltEstimate
-    from .scoring.errors import Options as Options
+    from .scoring.errors import ScoringOptions as ScoringOptions
 
 __version__ = "0.1.0"
 
@@ -41,10 +41,10 @@ __all__ = [
     "Drive",
     "Estimator",
     "Filter",
-    "Options",
     "Recording",
     "Robot",
     "Runs",
+    "ScoringOptions",
     "Settings",
     "Setup",
     "TiltEstimate",
@@ -65,7 +65,7 @@ _HOMES = {
     "Drive": "drives.drive",
     "Estimator": "pipeline.estimator",
     "Filter": "filters.base",
-    "Options": "scoring.errors",
+    "ScoringOptions": "scoring.errors",
     "Recording": "recording",
     "Robot": "robot",
     "Runs": "drives.runs",

@@ -14,7 +14,7 @@ from twbr_estimation.calibration.regression import regress
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
 from twbr_estimation.drives import Drive
 from twbr_estimation.errors import CalibrationError, RecordingError
-from twbr_estimation.imports import Options, load
+from twbr_estimation.imports import ImportOptions, load
 from twbr_estimation.recording import ImuTrack, TiltTrack, WheelTrack
 from twbr_estimation.robot import EncoderPlacement, Robot, Setup
 from twbr_estimation.simulation import simulate
@@ -94,7 +94,7 @@ def test_recordings_that_cannot_serve_are_refused():
 
 def test_real_gyro_and_encoder_on_one_shaft(shared_data):
     folder = shared_data / "uiuc_mpu6050_encoder"
-    log = load(folder / "raw_pitch_medium.mat", "uiuc", Options())
+    log = load(folder / "raw_pitch_medium.mat", "uiuc", ImportOptions())
     imu, reference = log.recording.imu, log.recording.reference
     kept = imu.stamps < imu.stamps[0] + 120_000_000_000
     imu = ImuTrack(imu.stamps[kept], imu.gyro[kept], imu.accel[kept])

@@ -20,7 +20,7 @@ from twbr_estimation.filters.inertial.strapdown import (
     tilt_of,
     turned,
 )
-from twbr_estimation.imports.imported import Options, load
+from twbr_estimation.imports.imported import ImportOptions, load
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
@@ -227,7 +227,7 @@ def broad_figures(shared_data: Path, *, wheels: bool) -> list[float]:
     figures = []
     for trial in sorted((shared_data / "broad_translation").glob("*.mat")):
         for axis in "yx":
-            log = load(trial, "broad", Options(axis=axis))
+            log = load(trial, "broad", ImportOptions(axis=axis))
             assert log.recording.reference is not None
             setup = Setup(log.robot, log.calibration)
             samples = pair(log.recording.imu, log.recording.wheels if wheels else None)
@@ -252,7 +252,9 @@ def test_on_a_motor_shaft_it_beats_a_tuned_complementary_filter(
     shared_data: Path, speed: str, limit: float
 ) -> None:
     """The limits are a complementary filter's with the time constant that suits each file best."""
-    log = load(shared_data / "uiuc_mpu6050_encoder" / f"raw_pitch_{speed}.mat", "uiuc", Options())
+    log = load(
+        shared_data / "uiuc_mpu6050_encoder" / f"raw_pitch_{speed}.mat", "uiuc", ImportOptions()
+    )
     assert log.recording.reference is not None
     setup = Setup(log.robot, log.calibration)
     track = run(correct(pair(log.recording.imu, None), setup), setup)

@@ -11,7 +11,7 @@ import pytest
 from twbr_estimation.bags import read_recording
 from twbr_estimation.configuration.files import read_setup
 from twbr_estimation.errors import TwbrError
-from twbr_estimation.imports import ImportedLog, Options, load, write_import
+from twbr_estimation.imports import ImportedLog, ImportOptions, load, write_import
 from twbr_estimation.imports.csv_log import unwrapped
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "arduino_log"
@@ -23,11 +23,11 @@ columns: {time: t, gyro: [gx, gy, gz], accel: [ax, ay, az]}
 def imported(folder: Path, log: str, description: str) -> ImportedLog:
     (folder / "log.csv").write_text(log)
     (folder / "columns.yaml").write_text(description)
-    return load(folder / "log.csv", "csv", Options(folder / "columns.yaml"))
+    return load(folder / "log.csv", "csv", ImportOptions(folder / "columns.yaml"))
 
 
 def test_the_example_gives_the_swing_it_was_made_of() -> None:
-    log = load(EXAMPLE / "log.csv", "csv", Options(EXAMPLE / "columns.yaml"))
+    log = load(EXAMPLE / "log.csv", "csv", ImportOptions(EXAMPLE / "columns.yaml"))
     recording = log.recording
     time = (recording.imu.stamps - recording.imu.stamps[0]) * 1e-9
     tilt = 0.05 * np.sin(4.0 * math.pi * time)
@@ -46,7 +46,7 @@ def test_the_example_gives_the_swing_it_was_made_of() -> None:
 
 
 def test_what_is_written_reads_back_with_its_robot(tmp_path: Path) -> None:
-    log = load(EXAMPLE / "log.csv", "csv", Options(EXAMPLE / "columns.yaml"))
+    log = load(EXAMPLE / "log.csv", "csv", ImportOptions(EXAMPLE / "columns.yaml"))
     write_import(tmp_path / "bag", log)
     recording = read_recording(tmp_path / "bag", required=("reference", "joint_states"))
     np.testing.assert_array_equal(recording.imu.gyro, log.recording.imu.gyro)

@@ -11,7 +11,7 @@ import pytest
 from twbr_estimation.bags import read_recording
 from twbr_estimation.cli.main import main
 from twbr_estimation.errors import RecordingError
-from twbr_estimation.imports import ImportedLog, Options, load
+from twbr_estimation.imports import ImportedLog, ImportOptions, load
 from twbr_estimation.imports.broad import COUNTS_PER_TURN, WHEEL_RADIUS, wheel_angle
 from twbr_estimation.recording import FloatArray, TiltTrack
 
@@ -47,7 +47,7 @@ def test_uiuc(shared_data: Path, name: str, accelerometer: float, dmp: float) ->
 @pytest.mark.parametrize(("file", "expected"), [("12_*.mat", 19.9), ("25_*.mat", 225.0)])
 def test_broad_axis_y(shared_data: Path, file: str, expected: float) -> None:
     (path,) = (shared_data / "broad_translation").glob(file)
-    log = load(path, "broad", Options(axis="y"))
+    log = load(path, "broad", ImportOptions(axis="y"))
     imu, reference = log.recording.imu, log.recording.reference
     assert reference is not None
     scored = np.isin(imu.stamps, reference.stamps)
@@ -59,7 +59,7 @@ def test_broad_axis_y(shared_data: Path, file: str, expected: float) -> None:
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_broad_gyro_wheels_and_reference_agree(shared_data: Path, axis: str) -> None:
     (path,) = (shared_data / "broad_translation").glob("12_*.mat")
-    log = load(path, "broad", Options(axis=axis))
+    log = load(path, "broad", ImportOptions(axis=axis))
     recording = log.recording
     assert recording.reference is not None and recording.wheels is not None
     stamps = recording.reference.stamps

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 
 from twbr_estimation.messages import set_stamp, set_tilt
-from twbr_estimation.simulation.robot import Reading, SimulatedRobot
+from twbr_estimation.simulation.robot import SensorReading, SimulatedRobot
 
 DEPTH = 1000
 
@@ -27,7 +27,7 @@ class SimulatedTopics:
         perfect: bool = False,
         joints: tuple[str, ...] = ("wheel_joint",),
         command: str = "motor/command",
-        voltages: Callable[[tuple[float, ...], Reading], tuple[float, ...]] | None = None,
+        voltages: Callable[[tuple[float, ...], SensorReading], tuple[float, ...]] | None = None,
     ) -> None:
         """Create publishers and the subscription.
 
@@ -53,7 +53,7 @@ class SimulatedTopics:
             Float64MultiArray, command, lambda each: self.commands.append(tuple(each.data)), DEPTH
         )
 
-    def publish(self, reading: Reading) -> None:
+    def publish(self, reading: SensorReading) -> None:
         """Publish one reading under its stamp; the wheels first, so that they are known."""
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = divmod(reading.stamp, 10**9)
@@ -75,7 +75,7 @@ class SimulatedTopics:
             perfect.angular_velocity.y = reading.truth.rate
             self._imu.publish(perfect)
 
-    def _rates(self, reading: Reading) -> list[float]:
+    def _rates(self, reading: SensorReading) -> list[float]:
         last, self._last = self._last, reading
         dt = (reading.stamp - last.stamp) * 1e-9
         mean = (reading.wheels[0] - last.wheels[0]) / dt if dt > 0.0 else 0.0

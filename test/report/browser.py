@@ -27,7 +27,7 @@ FLAGS = (
     "--disable-sync",
     "--remote-debugging-pipe",
 )
-PATIENCE = 60.0
+TIMEOUT = 60.0
 """Longest time the browser may take to answer [s]."""
 
 
@@ -103,8 +103,8 @@ class Browser:
 
     def _receive(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:
-            ready, _, _ = select([self._in], [], [], PATIENCE)
-            assert ready, f"the browser said nothing for {PATIENCE:g} s"
+            ready, _, _ = select([self._in], [], [], TIMEOUT)
+            assert ready, f"the browser said nothing for {TIMEOUT:g} s"
             data = os.read(self._in, 1 << 20)
             assert data, "the browser ended"
             self._buffer += data

@@ -9,7 +9,13 @@ import pytest
 
 from twbr_estimation.errors import RecordingError
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack
-from twbr_estimation.scoring.errors import Association, Options, as_json, score, score_recording
+from twbr_estimation.scoring.errors import (
+    Association,
+    ScoringOptions,
+    as_json,
+    score,
+    score_recording,
+)
 
 SECOND = 1_000_000_000
 
@@ -46,7 +52,7 @@ def test_delay_is_measured_and_removed(lag: float) -> None:
     estimate = track(TIME, swing(TIME - lag))
     late = score(estimate.stamps, estimate.tilt, Association(REFERENCE), 0)
     assert late.delay_s == pytest.approx(lag, abs=2e-4)
-    aligned = Association(REFERENCE, Options(reference_delay=lag))
+    aligned = Association(REFERENCE, ScoringOptions(reference_delay=lag))
     assert score(estimate.stamps, estimate.tilt, aligned, 0).mse_deg2 < 1e-5
 
 
@@ -72,7 +78,7 @@ def test_reference_that_wraps_and_an_estimate_beyond_a_turn_agree() -> None:
 
 def test_offset_is_added_to_the_reference() -> None:
     estimate = track(TIME, swing(TIME) + 0.01)
-    association = Association(REFERENCE, Options(reference_offset=0.01))
+    association = Association(REFERENCE, ScoringOptions(reference_offset=0.01))
     assert score(estimate.stamps, estimate.tilt, association, 0).mse_deg2 < 1e-5
 
 
@@ -98,9 +104,9 @@ def test_missing_reference_is_an_error() -> None:
 def test_json_has_recordings_and_their_mean_and_skips_time() -> None:
     late_start = np.where(TIME < 3.0, 1.0, swing(TIME))
     estimates = {"good": track(TIME, swing(TIME)), "late": track(TIME, late_start)}
-    first = score_recording(recording(REFERENCE), estimates, Options(skip=3.0))
+    first = score_recording(recording(REFERENCE), estimates, ScoringOptions(skip=3.0))
     shifted = {"good": track(TIME, swing(TIME) + math.radians(1.0))}
-    second = score_recording(recording(REFERENCE), shifted, Options(skip=3.0))
+    second = score_recording(recording(REFERENCE), shifted, ScoringOptions(skip=3.0))
     assert first.estimators["late"].mse_deg2 < 1e-5
     document = as_json([first, second])
     assert set(document["mean"]) == {"good"}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.recording import TiltTrack
-from twbr_estimation.scoring.errors import Association, Options, Score, score
+from twbr_estimation.scoring.errors import Association, Score, ScoringOptions, score
 from twbr_estimation.scoring.live import LiveEvaluation
 
 SECOND = 1_000_000_000
@@ -56,9 +56,10 @@ def assert_same(live: Score, offline: Score) -> None:
 
 @pytest.mark.parametrize("lag", [0.0, 0.3])
 @pytest.mark.parametrize(
-    "options", [Options(), Options(reference_delay=0.02, reference_offset=0.1, skip=2.0)]
+    "options",
+    [ScoringOptions(), ScoringOptions(reference_delay=0.02, reference_offset=0.1, skip=2.0)],
 )
-def test_live_figures_equal_offline_figures(lag: float, options: Options) -> None:
+def test_live_figures_equal_offline_figures(lag: float, options: ScoringOptions) -> None:
     given = tracks(seed=4)
     evaluation = LiveEvaluation(options)
     feed(evaluation, given, {"reference": lag, "late": 0.0, "noisy": 0.01})

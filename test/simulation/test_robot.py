@@ -11,7 +11,7 @@ from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.rig import STOP_TILT
 from twbr_estimation.simulation.rig_controller import balance_gains, balance_voltage
-from twbr_estimation.simulation.robot import Reading, SimulatedRobot
+from twbr_estimation.simulation.robot import SensorReading, SimulatedRobot
 from twbr_estimation.simulation.worlds import world_named
 
 NO_COMMAND = (0.0, 0.0)
@@ -32,7 +32,7 @@ def driven(world: str, seed: int, dt: float, duration: float, *, compiled: bool)
     return robot, readings
 
 
-def columns(readings: list[Reading]) -> dict[str, np.ndarray]:
+def columns(readings: list[SensorReading]) -> dict[str, np.ndarray]:
     return {
         "tilt": np.array([reading.truth.tilt for reading in readings]),
         "reference": np.array([reading.reference for reading in readings]),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.filters.inertial.error_state import STATES
-from twbr_estimation.smoothing.backward import nothing_later, step_back
+from twbr_estimation.smoothing.backward import final_state, step_back
 
 STEPS = 6
 
@@ -71,7 +71,7 @@ class Linear:
 def test_sweep_gives_the_joint_solution(seed, known):
     system = Linear(seed, known)
     means, covariances = system.at_once()
-    later = nothing_later()
+    later = final_state()
     for k, (prior, posterior, transition, found, mean) in reversed(
         list(enumerate(system.filtered()))
     ):
@@ -85,6 +85,6 @@ def test_a_new_start_learns_nothing_from_later():
     system = Linear(5, 0)
     steps = system.filtered()
     prior, _, _, found, _ = steps[-1]
-    later, _ = step_back(nothing_later(), prior, steps[-1][1], np.zeros((STATES, STATES)), found)
+    later, _ = step_back(final_state(), prior, steps[-1][1], np.zeros((STATES, STATES)), found)
     _, error = step_back(later, *steps[-2][:4])
     assert np.all(error == 0.0)

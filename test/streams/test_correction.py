@@ -15,7 +15,7 @@ from twbr_estimation.pipeline.pairing import WheelReading, motor_command, pair
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
 from twbr_estimation.samples import RESTART_GAP, CorrectedSample, is_saturated
 from twbr_estimation.streams.corrected import CorrectedStream, has_angle, imu_values
-from twbr_estimation.streams.correction import CorrectionStream, Stamped
+from twbr_estimation.streams.correction import CorrectionStream, StampedSamples
 
 SETUP = Setup(
     Robot(mounting=(0.01, -0.02, 0.03)),
@@ -38,8 +38,8 @@ def events(driven: Any) -> Iterator[tuple[int, Any]]:
         yield stamp, reading
 
 
-def feed(stream: Any, readings: Any) -> Stamped:
-    ready: Stamped = []
+def feed(stream: Any, readings: Any) -> StampedSamples:
+    ready: StampedSamples = []
     for stamp, reading in readings:
         if isinstance(reading, WheelReading):
             ready += stream.add_wheels(reading)
@@ -64,7 +64,7 @@ def test_samples_survive_the_way_through_an_imu_message(driven: Any) -> None:
     direct = feed(stream, events(driven)) + stream.flush()
     received = CorrectedStream()
     received.paired = True
-    ready: Stamped = []
+    ready: StampedSamples = []
     for reading in wheels:
         ready += received.add_wheels(reading)
     for stamp, s in direct:

@@ -20,7 +20,7 @@ from .unpacking import Allowance
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class TopicRequest:
     """One topic to decode, for one purpose."""
 
     topic: str
@@ -38,19 +38,19 @@ class Contents:
 
     types: dict[str, str] = field(default_factory=dict)
     """Message type by topic, of all topics."""
-    columns: dict[Request, Columns] = field(default_factory=dict)
+    columns: dict[TopicRequest, Columns] = field(default_factory=dict)
     """Decoded messages; a request whose topic has no message is absent."""
     repairs: Counter[str] = field(default_factory=Counter)
 
 
-def read_contents(path: Path, requests: Collection[Request]) -> Contents:
+def read_contents(path: Path, requests: Collection[TopicRequest]) -> Contents:
     """Decode what was asked for from every file of a bag.
 
     Raises:
         RecordingError: no bag, or a topic of another type than asked for.
     """
     contents = Contents()
-    parts: dict[Request, list[Columns]] = defaultdict(list)
+    parts: dict[TopicRequest, list[Columns]] = defaultdict(list)
     wanted = frozenset(request.topic for request in requests)
     files, remarks = bag_files(path)
     contents.repairs.update(remarks)
@@ -69,7 +69,7 @@ def read_contents(path: Path, requests: Collection[Request]) -> Contents:
 
 
 def _decoded(
-    path: Path, request: Request, kind: str, batch: MessageBatch, allowance: Allowance
+    path: Path, request: TopicRequest, kind: str, batch: MessageBatch, allowance: Allowance
 ) -> Columns:
     if kind not in request.types:
         raise RecordingError(

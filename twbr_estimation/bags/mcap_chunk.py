@@ -24,7 +24,7 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 ByteArray = NDArray[np.uint8]
 
 
-class Found:
+class RecordStarts:
     """Where message records start in a buffer."""
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class Found:
 
 def messages_in(
     data: ByteArray, index: Sequence[memoryview], define: Callable[[int, bytes], None]
-) -> Found:
+) -> RecordStarts:
     """Return the messages of one decompressed chunk.
 
     Where the index and the records' own lengths contradict each other, the lengths rule.
@@ -64,7 +64,7 @@ def messages_in(
         index: Contents of the message index records that belong to the chunk.
         define: Called with opcode and content of each schema and channel record.
     """
-    found = Found()
+    found = RecordStarts()
     starts = _indexed_starts(data, index)
     view = MessageBatch(data, starts, starts, starts)
     stops = starts + RECORD_HEAD + view.at(starts + 1, "<u8").astype(np.int64)
@@ -76,7 +76,7 @@ def messages_in(
         low, high = int(lows[gap]), int(highs[gap])
         tiled &= _walk(data, low, high, found, define) == high
     if not tiled:
-        found = Found()
+        found = RecordStarts()
         found.ends_early = _walk(data, 0, data.size, found, define) != data.size
     return found
 
@@ -103,7 +103,7 @@ def _indexed_starts(data: ByteArray, index: Sequence[memoryview]) -> IntArray:
 
 
 def _walk(
-    data: ByteArray, at: int, stop: int, found: Found, define: Callable[[int, bytes], None]
+    data: ByteArray, at: int, stop: int, found: RecordStarts, define: Callable[[int, bytes], None]
 ) -> int:
     """Note the records from `at` on; return where the last one ends by its own length."""
     raw = data.data

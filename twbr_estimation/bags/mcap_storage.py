@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError
 from .mcap_checksums import data_checksum
-from .mcap_chunk import RECORD_HEAD, Found, messages_in
+from .mcap_chunk import RECORD_HEAD, RecordStarts, messages_in
 from .mcap_records import MAGIC as MAGIC
 from .mcap_records import Summary, outer_records, read_summary
 from .message_batch import MessageBatch
@@ -55,7 +55,7 @@ class McapStorage:
         if data[: len(MAGIC)].tobytes() != MAGIC:
             raise RecordingError(f"{self.path}: not an MCAP file")
         self._read_summary(data)
-        loose = Found()
+        loose = RecordStarts()
         chunk: tuple[int, int] | None = None
         index: list[memoryview] = []
         places = self._summary.chunks if self._summary else []
@@ -108,7 +108,7 @@ class McapStorage:
         return any(self._topics.get(identifier) in {None, *wanted} for identifier in channels)
 
     def _outer_record(
-        self, data: NDArray[np.uint8], opcode: int, start: int, stop: int, loose: Found
+        self, data: NDArray[np.uint8], opcode: int, start: int, stop: int, loose: RecordStarts
     ) -> None:
         if opcode == Opcode.MESSAGE:
             loose.add(data, start - RECORD_HEAD, stop)
@@ -178,7 +178,7 @@ class McapStorage:
         return plain
 
     def _by_topic(
-        self, data: NDArray[np.uint8], found: Found, wanted: frozenset[str]
+        self, data: NDArray[np.uint8], found: RecordStarts, wanted: frozenset[str]
     ) -> Iterator[tuple[str, MessageBatch]]:
         channels, batch = found.batch(data)
         for identifier in np.flatnonzero(np.bincount(channels)).tolist():

@@ -31,7 +31,7 @@ from .columns import (
     UNREPORTED,
     Columns,
 )
-from .contents import Contents, Request, read_contents
+from .contents import Contents, TopicRequest, read_contents
 from .topics import (
     FLOAT64,
     FLOAT64_ARRAY,
@@ -146,7 +146,7 @@ class _Reader:
         rate = None if published.rate is None else described.factor * published.rate
         return TiltTrack(published.stamps, described.tilt(published.tilt), rate)
 
-    def _tilt_track(self, request: Request, columns: Columns) -> TiltTrack:
+    def _tilt_track(self, request: TopicRequest, columns: Columns) -> TiltTrack:
         if self.contents.types[request.topic] != IMU:
             columns = self._clean(request.topic, columns, slice(0, 1))
             rate = columns.values[:, 1] if columns.values.shape[1] > 1 else None
@@ -209,7 +209,7 @@ class _Reader:
         joint = "wheel_joints" if role == "joint_states" else "reference_joint"
         return self._with_joint(request, f"`topics.{joint}`")
 
-    def _with_joint(self, request: Request, argument: str) -> Columns:
+    def _with_joint(self, request: TopicRequest, argument: str) -> Columns:
         columns = self.contents.columns[request]
         if request.joints and columns.names and not columns.stamps.size:
             if silent := [joint for joint in request.joints if joint in columns.names]:
@@ -283,19 +283,19 @@ class _Reader:
                 self.repairs[where] += outside
 
 
-def _role_requests(names: TopicNames) -> dict[str, Request]:
+def _role_requests(names: TopicNames) -> dict[str, TopicRequest]:
     wheels = (*names.wheel_joints, SINGLE_WHEEL_JOINT)
     tilt = (names.reference_joint,)
     requests = {
-        "imu": Request(names.imu, (IMU,)),
-        "joint_states": Request(names.joint_states, (JOINT_STATE,), wheels, velocities=True),
-        "reference": Request(names.reference, _TILT_TYPES, tilt),
-        "truth": Request(names.truth, _TILT_TYPES, tilt),
-        "temperature": Request(names.temperature, (TEMPERATURE,)),
-        "motors": Request(names.motors, (FLOAT64_ARRAY,)),
+        "imu": TopicRequest(names.imu, (IMU,)),
+        "joint_states": TopicRequest(names.joint_states, (JOINT_STATE,), wheels, velocities=True),
+        "reference": TopicRequest(names.reference, _TILT_TYPES, tilt),
+        "truth": TopicRequest(names.truth, _TILT_TYPES, tilt),
+        "temperature": TopicRequest(names.temperature, (TEMPERATURE,)),
+        "motors": TopicRequest(names.motors, (FLOAT64_ARRAY,)),
     }
     return {role: request for role, request in requests.items() if request.topic}
 
 
-def _tilt_request(described: EstimatorTopic, joint: str) -> Request:
-    return Request(absolute(described.topic), _TILT_TYPES, (described.joint or joint,))
+def _tilt_request(described: EstimatorTopic, joint: str) -> TopicRequest:
+    return TopicRequest(absolute(described.topic), _TILT_TYPES, (described.joint or joint,))

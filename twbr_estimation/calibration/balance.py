@@ -15,7 +15,7 @@ from ..checks.evidence import Part, parts_of
 from ..errors import CalibrationError
 from ..recording import FloatArray, Recording
 from ..robot import Setup
-from .findings import ANGLE, Finding, Findings
+from .findings import ANGLE, CalibrationFinding, Findings
 
 SHORTEST = 20.0
 """Shortest time of balancing [s]."""
@@ -49,7 +49,7 @@ def calibrate_balance(recordings: Sequence[Recording], setup: Setup) -> Findings
             f"{math.degrees(LARGEST_ERROR):g} deg are needed: the robot falls, is carried, or "
             "drives on a slope; record longer, or calmer"
         )
-    found = Finding("balance tilt", ANGLE, None, mean, error, f"tilt_offset: {mean:.5f}")
+    found = CalibrationFinding("balance tilt", ANGLE, None, mean, error, f"tilt_offset: {mean:.5f}")
     note = "tilt_offset is a parameter of filter_node and estimation_node; set it there"
     return Findings(setup, (found,), (note,), {"tilt_offset": mean})
 

@@ -18,7 +18,7 @@ from ..errors import CalibrationError
 from ..recording import FloatArray, Recording
 from ..robot import Setup
 from ..samples import STANDARD_GRAVITY
-from .findings import ACCELERATION, RATIO, Finding, Findings
+from .findings import ACCELERATION, RATIO, CalibrationFinding, Findings
 from .held import held
 from .stillness import LARGEST_ACCEL_BIAS
 
@@ -118,7 +118,7 @@ def _findings(
         before = setup.calibration.accel_bias[index]
         note = "" if axis.paired else "one face only: as good as the robot was put down square"
         found.append(
-            Finding(
+            CalibrationFinding(
                 f"accelerometer bias {name}",
                 ACCELERATION,
                 before,
@@ -128,7 +128,9 @@ def _findings(
             )
         )
         found.append(
-            Finding(f"accelerometer scale {name}", RATIO, None, axis.scale, axis.scale_error)
+            CalibrationFinding(
+                f"accelerometer scale {name}", RATIO, None, axis.scale, axis.scale_error
+            )
         )
         changes[f"accel_scale_{name}"] = (1.0 - 1.0 / axis.scale,)
         changes[f"accel_valid_{name}"] = _WIDE

@@ -35,7 +35,7 @@ RATIO = Unit("1", "1", 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CalibrationFinding:
     """One quantity."""
 
     name: str
@@ -55,7 +55,7 @@ class Findings:
 
     setup: Setup
     """The configuration with what was found."""
-    quantities: tuple[Finding, ...]
+    quantities: tuple[CalibrationFinding, ...]
     notes: tuple[str, ...] = ()
     """Sentences for the reader."""
     figures: Mapping[str, Any] = field(default_factory=dict)
@@ -83,7 +83,7 @@ def still_findings(result: StillResult, before: Setup) -> Findings:
     found = []
     for axis, index in (("x", 0), ("y", 1), ("z", 2)):
         found.append(
-            Finding(
+            CalibrationFinding(
                 f"gyro bias {axis}",
                 RATE,
                 old.gyro_bias[index],
@@ -93,7 +93,7 @@ def still_findings(result: StillResult, before: Setup) -> Findings:
         )
     for axis, index in (("x", 0), ("y", 1), ("z", 2)):
         found.append(
-            Finding(
+            CalibrationFinding(
                 f"accelerometer bias {axis}",
                 ACCELERATION,
                 old.accel_bias[index],
@@ -101,8 +101,10 @@ def still_findings(result: StillResult, before: Setup) -> Findings:
                 result.accel_error[index],
             )
         )
-    found.append(Finding("gyro noise", RATE, old.gyro_noise, new.gyro_noise))
-    found.append(Finding("accelerometer noise", ACCELERATION, old.accel_noise, new.accel_noise))
+    found.append(CalibrationFinding("gyro noise", RATE, old.gyro_noise, new.gyro_noise))
+    found.append(
+        CalibrationFinding("accelerometer noise", ACCELERATION, old.accel_noise, new.accel_noise)
+    )
     means = result.gyro_windows[:, 1] * DEGREES
     low, high = (extreme[1] * DEGREES for extreme in result.gyro_extremes)
     notes = (
@@ -130,7 +132,7 @@ def still_findings(result: StillResult, before: Setup) -> Findings:
 def poses_findings(result: PosesResult, before: Setup) -> Findings:
     """Return what held poses told."""
     found = [
-        Finding(
+        CalibrationFinding(
             "mounting pitch",
             ANGLE,
             before.robot.mounting[1],
@@ -145,7 +147,9 @@ def poses_findings(result: PosesResult, before: Setup) -> Findings:
         note = "" if each.bias_error is not None else "kept; no pose takes the weight off this axis"
         value = each.bias if each.bias_error is not None else None
         found.append(
-            Finding(f"accelerometer bias {axis}", ACCELERATION, old, value, each.bias_error, note)
+            CalibrationFinding(
+                f"accelerometer bias {axis}", ACCELERATION, old, value, each.bias_error, note
+            )
         )
         low, high = each.fit.valid
         notes.append(
@@ -187,8 +191,8 @@ def geometry_findings(result: GeometryResult, before: Setup) -> Findings:
     found = []
     for name, (unit, value) in known.items():
         each = result.estimates[name]
-        found.append(Finding(name, unit, value, each.value, each.error, each.reason))
-    found.append(Finding("lever arm y", LENGTH, old.lever_arm[1], None, None, UNSEEN))
+        found.append(CalibrationFinding(name, unit, value, each.value, each.error, each.reason))
+    found.append(CalibrationFinding("lever arm y", LENGTH, old.lever_arm[1], None, None, UNSEEN))
     turn = result.body_turn
     notes = []
     if result.placement is not None:

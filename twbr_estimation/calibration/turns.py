@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import CalibrationError
 from ..recording import FloatArray, Recording
 from ..robot import Setup
-from .findings import RATIO, Finding, Findings
+from .findings import RATIO, CalibrationFinding, Findings
 from .held import Held, held
 
 ALIGNED = math.radians(3.0)
@@ -120,7 +120,7 @@ def calibrate_turns(
         error = math.hypot(math.sqrt(2.0) * ALIGNED, DRIFT * each.duration) / abs(each.angle)
         before = setup.calibration.gyro_scale[each.axis]
         note = f"{count:g} turns in {each.duration:.1f} s"
-        found.append(Finding(f"gyro scale {name}", RATIO, before, ratio, error, note))
+        found.append(CalibrationFinding(f"gyro scale {name}", RATIO, before, ratio, error, note))
         scale[each.axis] = ratio
     x, y, z = scale
     calibration = replace(setup.calibration, gyro_scale=(x, y, z))

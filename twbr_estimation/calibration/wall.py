@@ -16,7 +16,7 @@ from ..checks.evidence import calibrated
 from ..errors import CalibrationError
 from ..recording import Recording
 from ..robot import Setup
-from .findings import ANGLE, Finding, Findings
+from .findings import ANGLE, CalibrationFinding, Findings
 from .held import held
 
 LEAST_LEAN = math.radians(3.0)
@@ -56,7 +56,7 @@ def calibrate_wall(recordings: Sequence[Recording], setup: Setup) -> Findings:
     roll, before, yaw = setup.robot.mounting
     robot = replace(setup.robot, mounting=(roll, before + pitch, yaw))
     note = f"leans {math.degrees(float(lean)):.3g} deg to either side"
-    found = Finding("mounting pitch", ANGLE, before, before + pitch, SYMMETRY, note)
+    found = CalibrationFinding("mounting pitch", ANGLE, before, before + pitch, SYMMETRY, note)
     return Findings(replace(setup, robot=robot), (found,))
 
 

@@ -20,7 +20,7 @@ from ..drives import Runs, load
 from ..drives.drive import chosen
 from ..drives.loading import require_period
 from ..errors import ConfigurationError
-from ..scoring.errors import Options
+from ..scoring.errors import ScoringOptions
 from ..scoring.estimator_topics import FORM
 from ..smoothing import Progress
 
@@ -149,7 +149,7 @@ def add_smoothing(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def request_of(arguments: argparse.Namespace) -> Request:
+def request_of(arguments: argparse.Namespace) -> RunRequest:
     """Return the request that the arguments of `add_request` describe.
 
     Raises:
@@ -162,7 +162,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
             if name not in TERMS:
                 raise ConfigurationError(f"--terms {name}: there are {', '.join(TERMS)}, none")
     require_period(arguments.loop_period)
-    return Request(
+    return RunRequest(
         names=tuple(entry.name for entry in chosen(arguments.filter)),
         values=parameter_values(arguments.set),
         preset=arguments.preset,
@@ -177,7 +177,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class RunRequest:
     """What a command line asks of each recording."""
 
     names: tuple[str, ...]
@@ -188,7 +188,7 @@ class Request:
     terms: tuple[str, ...] | None = None
     topics: TopicNames = field(default_factory=TopicNames)
     estimators: Mapping[str, str] = field(default_factory=dict)
-    options: Options = field(default_factory=Options)
+    options: ScoringOptions = field(default_factory=ScoringOptions)
     loop_period: float = 0.0
     smooth: bool = False
 
@@ -226,7 +226,7 @@ class Request:
         return drive.run(*self.names, values=self.values, smooth=self.smooth, progress=progress)
 
 
-def finish_compiling(request: Request, console: Console) -> None:
+def finish_compiling(request: RunRequest, console: Console) -> None:
     """Let loops that ran interpreted be compiled for the next time, and say so."""
     if compile_later(chosen(request.names)):
         console.print("the filters are compiled in the background for the next run", style="dim")
@@ -254,7 +254,7 @@ def add_comparison(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def comparison(arguments: argparse.Namespace) -> Options:
+def comparison(arguments: argparse.Namespace) -> ScoringOptions:
     """Return how estimates are compared with the reference.
 
     Raises:
@@ -265,7 +265,7 @@ def comparison(arguments: argparse.Namespace) -> Options:
             raise ConfigurationError(f"--{flag.replace('_', '-')}: must be a finite number")
     if arguments.skip < 0.0:
         raise ConfigurationError(f"--skip {arguments.skip:g}: must be 0 s or more")
-    return Options(
+    return ScoringOptions(
         arguments.reference_delay, math.radians(arguments.reference_offset), arguments.skip
     )
 

@@ -16,7 +16,7 @@ from ..bags import read_recording
 from ..calibration.balance import calibrate_balance
 from ..calibration.faces import calibrate_faces
 from ..calibration.findings import (
-    Finding,
+    CalibrationFinding,
     Findings,
     geometry_findings,
     poses_findings,
@@ -180,7 +180,7 @@ def _table(recordings: Sequence[Recording], findings: Findings) -> Table:
     return table
 
 
-def _shown(finding: Finding, value: float | None) -> str:
+def _shown(finding: CalibrationFinding, value: float | None) -> str:
     if value is None or not math.isfinite(value):
         return ""
     return f"{value * finding.unit.factor:.4g}"

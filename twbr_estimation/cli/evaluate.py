@@ -17,7 +17,7 @@ from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
 from ..scoring.errors import RecordingScore
 from ..scoring.table import print_scores, write_scores
-from .arguments import Request, add_request, finish_compiling, in_flags, request_of
+from .arguments import RunRequest, add_request, finish_compiling, in_flags, request_of
 
 
 def add_parser(subparsers: Any) -> None:
@@ -73,7 +73,7 @@ def _target(arguments: argparse.Namespace) -> Path | None:
     return target
 
 
-def _evaluated(bags: Sequence[Path], request: Request) -> list[Runs]:
+def _evaluated(bags: Sequence[Path], request: RunRequest) -> list[Runs]:
     runs = []
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("evaluating", total=len(bags))

@@ -12,7 +12,7 @@ from rich.markup import escape
 from ..bags.writing import estimator_topic
 from ..checks.check import check
 from ..checks.finding import noteworthy
-from ..imports import Options, formats, load, write_import
+from ..imports import ImportOptions, formats, load, write_import
 from ..robot import CorrectionSettings, Setup
 
 
@@ -41,7 +41,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import, write, and say what came out."""
-    options = Options(arguments.columns, arguments.axis)
+    options = ImportOptions(arguments.columns, arguments.axis)
     log = load(arguments.file, arguments.format, options)
     write_import(arguments.output, log, arguments.overwrite)
     console = Console()

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from ..drives import load
 from ..errors import ConfigurationError
-from ..noise import GYRO_UNIT, Noise, analyse, as_json
+from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE
 from ..report.pictures import noise_picture
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _analysed(arguments: argparse.Namespace, window: float | None) -> list[Noise]:
+def _analysed(arguments: argparse.Namespace, window: float | None) -> list[RecordingNoise]:
     names, options = topic_names(arguments), comparison(arguments)
     found = []
     with Progress(console=Console(stderr=True), transient=True) as progress:
@@ -85,7 +85,7 @@ def _analysed(arguments: argparse.Namespace, window: float | None) -> list[Noise
     return found
 
 
-def _print_noise(console: Console, noise: Noise) -> None:
+def _print_noise(console: Console, noise: RecordingNoise) -> None:
     console.print(f"[bold]{escape(noise.source)}[/bold]", highlight=False, soft_wrap=True)
     document = as_json(noise)
     if "motion" in document:

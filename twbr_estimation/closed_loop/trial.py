@@ -20,7 +20,7 @@ from ..pipeline.correction import Corrector
 from ..pipeline.pairing import WheelReading
 from ..robot import CorrectionSettings
 from ..samples import CorrectedSample, Sample
-from ..simulation.robot import Reading, SimulatedRobot
+from ..simulation.robot import SensorReading, SimulatedRobot
 from ..simulation.worlds import world_named
 from ..streams.control.balance import (
     NO_VOLTAGE,
@@ -132,7 +132,7 @@ class Loop:
         for reading in self.robot.advance(self.voltages, self._period):
             self._take(reading, self._dt)
 
-    def _take(self, reading: Reading, dt: float) -> None:
+    def _take(self, reading: SensorReading, dt: float) -> None:
         """Let the estimator and the odometry have a reading."""
         wheels = reading.wheels
         angle, difference = sum(wheels) / len(wheels), wheels[-1] - wheels[0]

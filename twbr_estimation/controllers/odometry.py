@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ..robot import EncoderPlacement, Robot
 
 
-class Geometry(NamedTuple):
+class WheelGeometry(NamedTuple):
     """What turns wheel angles into travel."""
 
     wheel_radius: float
@@ -35,10 +35,10 @@ class Odometry(NamedTuple):
     """Mean of the wheels [rad], kept for the next step."""
 
 
-def geometry_of(robot: Robot, time_constant: float) -> Geometry:
+def geometry_of(robot: Robot, time_constant: float) -> WheelGeometry:
     """Return the geometry of a robot."""
     known = robot.track_width > 0.0
-    return Geometry(
+    return WheelGeometry(
         robot.wheel_radius,
         robot.wheel_radius / robot.track_width if known else 0.0,
         float(robot.encoder_placement is EncoderPlacement.BODY),
@@ -46,7 +46,7 @@ def geometry_of(robot: Robot, time_constant: float) -> Geometry:
     )
 
 
-def begin(wheel_angle: float, wheel_difference: float, tilt: float, g: Geometry) -> Odometry:
+def begin(wheel_angle: float, wheel_difference: float, tilt: float, g: WheelGeometry) -> Odometry:
     """Return the odometry of a robot at rest; angles in [rad]."""
     position = g.wheel_radius * (wheel_angle + g.on_body * tilt)
     return Odometry(position, 0.0, g.heading_per_difference * wheel_difference, 0.0, wheel_angle)
@@ -59,7 +59,7 @@ def follow(
     wheel_difference: float,
     tilt: float,
     rate: float,
-    g: Geometry,
+    g: WheelGeometry,
 ) -> Odometry:
     """Return the odometry one step later.
 

@@ -17,7 +17,7 @@ from ..filters import Filter, filter_named, filters, listed_filters
 from ..pipeline.pairing import SampleTrack, pair
 from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
-from ..scoring.errors import Association, Options
+from ..scoring.errors import Association, ScoringOptions
 from ..smoothing import SMOOTHER, Progress, SmoothedTrack, smooth
 from .runs import Runs
 
@@ -34,7 +34,7 @@ class Drive:
     """Robot, calibration and correction."""
     settings: Settings = field(default_factory=Settings)
     """Parameter values of the filters where they are not the defaults."""
-    options: Options = field(default_factory=Options)
+    options: ScoringOptions = field(default_factory=ScoringOptions)
     """How estimates are compared with the reference."""
     loop_period: float = 0.0
     """Period [s] for which samples are combined before the filters; 0 takes each."""

@@ -11,7 +11,7 @@ from ..configuration.of_recording import CONFIG_FOLDER, TERMS, configuration, or
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..samples import RESTART_GAP
-from ..scoring.errors import Options
+from ..scoring.errors import ScoringOptions
 from .drive import Drive
 
 _DEFAULT_ROBOT = "geometry is that of `Robot`'s defaults, calibration none"
@@ -26,7 +26,7 @@ def load(
     loop_period: float = 0.0,
     topics: TopicNames | None = None,
     estimators: Mapping[str, str] | None = None,
-    options: Options | None = None,
+    options: ScoringOptions | None = None,
     required: Sequence[str] = (),
 ) -> Drive:
     """Read a recording; it is paired and corrected when that is first needed.
@@ -61,7 +61,7 @@ def load(
         notes = (f"{path}: no robot is described there and no `config` given; {_DEFAULT_ROBOT}",)
     if mixed := origin_of(folder, chosen):
         notes = (*notes, f"configuration: {mixed}")
-    return Drive(recording, setup, settings, options or Options(), loop_period, notes)
+    return Drive(recording, setup, settings, options or ScoringOptions(), loop_period, notes)
 
 
 def _path(argument: str, value: str | Path) -> Path:

@@ -14,7 +14,7 @@ from ..batch import EstimateTrack
 from ..errors import ConfigurationError
 from ..filters import Filter
 from ..recording import FloatArray, Recording, TiltTrack
-from ..scoring.errors import SMOOTHED, Options, RecordingScore, score_recording
+from ..scoring.errors import SMOOTHED, RecordingScore, ScoringOptions, score_recording
 from ..smoothing import SmoothedTrack
 from .warnings import warnings_for
 
@@ -71,7 +71,9 @@ class Runs(Mapping[str, EstimateTrack]):
     def compared(self) -> Drive:
         """The drive with its reference: the smoothed tilt where it has none of its own."""
         if self.drive.recording.reference is None and self.smoothed is not None:
-            options = Options(skip=self.drive.options.skip)  # delay and offset: of an encoder
+            options = ScoringOptions(
+                skip=self.drive.options.skip
+            )  # delay and offset: of an encoder
             return replace(self.drive, options=options).with_reference(self.smoothed.as_track())
         return self.drive
 
@@ -99,7 +101,7 @@ class Runs(Mapping[str, EstimateTrack]):
         """The errors against the reference as `Drive.options` has it; None without one."""
         return None if self.recording.reference is None else self.scores()
 
-    def scores(self, options: Options | None = None) -> RecordingScore:
+    def scores(self, options: ScoringOptions | None = None) -> RecordingScore:
         """Compare every estimate with the reference; printed, it is the table of `twbr evaluate`.
 
         Args:

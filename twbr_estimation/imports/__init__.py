@@ -7,6 +7,6 @@ REP-103 (x forward, y left, z up), with all three axes of gyro and accelerometer
 
 from __future__ import annotations
 
-from .imported import ImportedLog, Options, formats, load, write_import
+from .imported import ImportedLog, ImportOptions, formats, load, write_import
 
-__all__ = ["ImportedLog", "Options", "formats", "load", "write_import"]
+__all__ = ["ImportOptions", "ImportedLog", "formats", "load", "write_import"]

@@ -18,7 +18,7 @@ from ..errors import RecordingError
 from ..recording import FloatArray, ImuTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Calibration, CorrectionSettings, EncoderPlacement, Robot
 from ..samples import STANDARD_GRAVITY
-from .imported import ImportedLog, Options, uniform_stamps
+from .imported import ImportedLog, ImportOptions, uniform_stamps
 from .matlab import matlab_variables, number_of
 
 FORMAT = "MATLAB file of the BROAD set (IMU and motion capture); see --axis"
@@ -50,7 +50,7 @@ _COLUMNS = {"imu_gyr": (3,), "imu_acc": (3,), "opt_quat": (4,), "opt_pos": (3,),
 _NAMES = ("imu_gyr", "imu_acc", "opt_quat", "opt_pos", "movement", "sampling_rate")
 
 
-def load(path: Path, options: Options) -> ImportedLog:
+def load(path: Path, options: ImportOptions) -> ImportedLog:
     """Read one file for the tilt about `options.axis`.
 
     The reference is there only during the movement that the set's authors say to score. The

@@ -27,7 +27,7 @@ from ..recording import (
 from .csv_description import Column, Description, read_description
 from .csv_text import read_rows
 from .csv_time import clock_seconds, counter_size, unwrapped
-from .imported import START, ImportedLog, Options, cleaned, stamps_from_seconds
+from .imported import START, ImportedLog, ImportOptions, cleaned, stamps_from_seconds
 
 FORMAT = "comma-separated values, their columns described with --columns YAML"
 
@@ -37,7 +37,7 @@ MONITOR = "serial_monitor"
 Track = tuple[StampArray, FloatArray]
 
 
-def load(path: Path, options: Options) -> ImportedLog:
+def load(path: Path, options: ImportOptions) -> ImportedLog:
     """Read one log.
 
     Rows that are not numbers where time, gyro or accelerometer should be (a line cut off on

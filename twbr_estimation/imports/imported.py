@@ -28,7 +28,7 @@ START = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class ImportOptions:
     """What a format may need to know besides the file."""
 
     description: Path | None = None
@@ -60,7 +60,7 @@ def formats() -> Mapping[str, ModuleType]:
     return {name.removesuffix("_log").replace("_", "-"): found[name] for name in sorted(found)}
 
 
-def load(path: Path, name: str, options: Options | None = None) -> ImportedLog:
+def load(path: Path, name: str, options: ImportOptions | None = None) -> ImportedLog:
     """Read a log of the named format.
 
     Raises:
@@ -70,7 +70,7 @@ def load(path: Path, name: str, options: Options | None = None) -> ImportedLog:
         raise RecordingError(f"there is no format {name!r}; there are: {', '.join(formats())}")
     if not path.exists():
         raise RecordingError(f"{path}: there is no such file")
-    log: ImportedLog = formats()[name].load(path, options or Options())
+    log: ImportedLog = formats()[name].load(path, options or ImportOptions())
     return log
 
 

@@ -16,7 +16,7 @@ from ..errors import RecordingError
 from ..recording import FloatArray, ImuTrack, Recording, TemperatureTrack, TiltTrack
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
-from .imported import ImportedLog, Options, uniform_stamps
+from .imported import ImportedLog, ImportOptions, uniform_stamps
 from .matlab import ELEMENT_LIMIT
 
 FORMAT = "folder of the static MPU6050 set (three MATLAB 7.3 files)"
@@ -32,7 +32,7 @@ _FILES = {
 }
 
 
-def load(path: Path, options: Options) -> ImportedLog:
+def load(path: Path, options: ImportOptions) -> ImportedLog:
     """Read one folder (or any file in it).
 
     A still record gets its mean rate as gyro bias and its mean accelerometer angle as a

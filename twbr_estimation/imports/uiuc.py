@@ -18,7 +18,7 @@ from ..messages import tilt_of_quaternion
 from ..recording import FloatArray, ImuTrack, Recording, TiltTrack
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
-from .imported import ImportedLog, Options, stamps_from_seconds
+from .imported import ImportedLog, ImportOptions, stamps_from_seconds
 from .matlab import matlab_variables
 
 FORMAT = "MATLAB file of the UIUC relative angle set (MPU6050 and encoder on one shaft)"
@@ -39,7 +39,7 @@ _DMP = ("all_imu2_q1", "all_imu2_q2", "all_imu2_q3", "all_imu2_q4")
 """Quaternion of the chip's own motion processor, w x y z."""
 
 
-def load(path: Path, options: Options) -> ImportedLog:
+def load(path: Path, options: ImportOptions) -> ImportedLog:
     """Read one file; the chip's own orientation becomes the estimator `dmp`.
 
     The gyro bias is the mean rate less the rotation the encoder saw from first to last

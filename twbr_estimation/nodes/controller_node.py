@@ -43,7 +43,7 @@ from .qos import overridable, published, subscribed
 from .spin import run
 from .watchdog import PERIOD, wall_timer
 
-GOODBYE = Duration(nanoseconds=200_000_000)
+STOP_TIMEOUT = Duration(nanoseconds=200_000_000)
 """How long the last command is waited for to arrive."""
 
 
@@ -129,7 +129,7 @@ class ControllerNode(DeviceNode):
     def _cut_for_good(self) -> None:
         if self.is_active:
             self._publish(NO_VOLTAGE)
-            self._command.wait_for_all_acked(GOODBYE)
+            self._command.wait_for_all_acked(STOP_TIMEOUT)
 
     def _configure(self, configuration: ControlConfiguration) -> None:
         self._stream.configure(configuration)

@@ -15,7 +15,7 @@ from ..pipeline.pairing import MotorCommand, WheelReading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
 from ..streams.corrected import imu_values
-from ..streams.correction import CorrectionStream, Stamped
+from ..streams.correction import CorrectionStream, StampedSamples
 from ..streams.messages import ImuEncoder, WheelDecoder, decode_raw_imu
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
@@ -108,12 +108,12 @@ class CorrectionNode(GuardedNode):
         if reading is not None:
             self.take_wheels(reading)
 
-    def _take(self, corrected: Stamped) -> None:
+    def _take(self, corrected: StampedSamples) -> None:
         if corrected:
             self._watchdog.feed()
             self._publish(corrected)
 
-    def _publish(self, corrected: Stamped) -> None:
+    def _publish(self, corrected: StampedSamples) -> None:
         for stamp, sample in corrected:
             if self._listener is not None:
                 self._listener(stamp, sample)

@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError, MessageError, TwbrError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
-from ..scoring.errors import Options, RecordingScore
+from ..scoring.errors import RecordingScore, ScoringOptions
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
 from ..scoring.live import LiveEvaluation
 from ..streams.messages import JointStateDecoder
@@ -104,9 +104,11 @@ class EvaluatorSettings:
                 raise ConfigurationError(f"estimators: {error}") from None
         return found
 
-    def options(self) -> Options:
+    def options(self) -> ScoringOptions:
         """Return how estimates are compared."""
-        return Options(self.reference_delay, math.radians(self.reference_offset_deg), self.skip)
+        return ScoringOptions(
+            self.reference_delay, math.radians(self.reference_offset_deg), self.skip
+        )
 
 
 class EvaluatorNode(GuardedNode):

@@ -25,8 +25,8 @@ from std_srvs.srv import Trigger
 from ..bags.playback import read_playback
 from ..errors import ConfigurationError, TwbrError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
-from ..streams.replay.pacing import Pace, Window
-from ..streams.replay.player import Player, Stretch, stamp_of
+from ..streams.replay.pacing import FlowWindow, Pace
+from ..streams.replay.player import PlayedPart, Player, stamp_of
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
@@ -166,7 +166,7 @@ class ReplayNode(GuardedNode):
             playback,
             self,
             Pace(settings.rate, settings.paused),
-            Stretch(settings.start, settings.duration, settings.restamp),
+            PlayedPart(settings.start, settings.duration, settings.restamp),
         )
         player.loop = settings.loop
         return player
@@ -229,7 +229,7 @@ class ReplayNode(GuardedNode):
             if not count(topic)
         ]
 
-    def _follow(self) -> Window | None:
+    def _follow(self) -> FlowWindow | None:
         """Listen to the topics of `follow` that exist; None where there are none.
 
         Raises:
@@ -245,7 +245,7 @@ class ReplayNode(GuardedNode):
             take = partial(self._on_followed, topic)
             self.create_subscription(kind, topic, take, published(), raw=True)
         if followed:
-            return Window(self._settings.window, followed)
+            return FlowWindow(self._settings.window, followed)
         if self._settings.rate == 0.0:
             self.get_logger().warning(
                 "rate 0 with nothing to follow: waiting for acknowledgements, which is slow"

@@ -27,7 +27,7 @@ from ..sensors.encoder import EncoderSettings
 from ..sensors.motion import Angle
 from ..sensors.simulated_counter import SimulatedCounter
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
-from ..simulation.robot import Reading
+from ..simulation.robot import SensorReading
 from ..simulation.simulate import WHEEL_COUNTS
 from ..streams.messages import ACCEL, GYRO, ImuEncoder, JointStateEncoder, decode_float64s
 from ..streams.simulator.settings import Disturbance, SensorPath, SimulatorSettings
@@ -169,7 +169,7 @@ class SimulatorNode(GuardedNode):
         commands, sensors = map(self.resolve_topic_name, ("motor/command", "imu/data_raw"))
         return self.count_publishers(commands) > 0 and self.count_subscribers(sensors) > 0
 
-    def _publish(self, reading: Reading) -> None:
+    def _publish(self, reading: SensorReading) -> None:
         stamp = reading.stamp
         if self._time is not None:
             message = ClockMessage()

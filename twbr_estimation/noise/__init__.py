@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from .allan import AllanCurve, allan_curve
-from .analysis import GYRO_UNIT, Noise, analyse, as_json
+from .analysis import GYRO_UNIT, RecordingNoise, analyse, as_json
 from .rest import Drift
 from .spectra import AngleNoise, Spectrum, angle_noise, spectrum
-from .uniform import Stretch, uniform_stretch
+from .uniform import UniformSpan, uniform_stretch
 
 __all__ = [
     "GYRO_UNIT",
     "AllanCurve",
     "AngleNoise",
     "Drift",
-    "Noise",
+    "RecordingNoise",
     "Spectrum",
-    "Stretch",
+    "UniformSpan",
     "allan_curve",
     "analyse",
     "angle_noise",

@@ -15,7 +15,7 @@ from ..scoring.errors import errors_of
 from .allan import AllanCurve, allan_curve
 from .rest import Drift, drift, longest_rest
 from .spectra import AngleNoise, Spectrum, angle_noise, band_of, spectrum
-from .uniform import Stretch, uniform_stretch
+from .uniform import UniformSpan, uniform_stretch
 
 SHORTEST_REST = 10.0
 """Rest that serves for an Allan deviation [s]."""
@@ -28,10 +28,10 @@ _NOTEWORTHY_JITTER = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class MotionSpectra:
     """Spectra of the angle's error, before and after the correction."""
 
-    stretch: Stretch
+    stretch: UniformSpan
     tilt: Spectrum
     """Of the reference [deg^2/Hz]."""
     band_hz: float
@@ -46,7 +46,7 @@ class Motion:
 class Rest:
     """The sensors where the robot stands still."""
 
-    stretch: Stretch
+    stretch: UniformSpan
     gyro_spectra: Mapping[str, Spectrum]
     """By axis [(deg/s)^2/Hz]."""
     allan: tuple[AllanCurve, ...]
@@ -58,11 +58,11 @@ class Rest:
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
+class RecordingNoise:
     """What one recording tells about noise."""
 
     source: str
-    motion: Motion | None
+    motion: MotionSpectra | None
     """None without a reference."""
     rest: Rest | None
     """None where the robot does not stand still for long enough."""
@@ -70,7 +70,7 @@ class Noise:
     """What was assumed, and what could not be told."""
 
 
-def analyse(drive: Drive, window: float | None = None) -> Noise:
+def analyse(drive: Drive, window: float | None = None) -> RecordingNoise:
     """Return the noise of a recording.
 
     Args:
@@ -91,10 +91,10 @@ def analyse(drive: Drive, window: float | None = None) -> Noise:
     rest = _rest(recording, window, notes)
     if motion is None and rest is None:
         raise RecordingError(f"{recording.source}: nothing to analyse: {'; '.join(notes)}")
-    return Noise(recording.source, motion, rest, tuple(dict.fromkeys(notes)))
+    return RecordingNoise(recording.source, motion, rest, tuple(dict.fromkeys(notes)))
 
 
-def motion_of(drive: Drive) -> Motion:
+def motion_of(drive: Drive) -> MotionSpectra:
     """Return the spectra of the angle's error.
 
     Raises:
@@ -113,7 +113,7 @@ def motion_of(drive: Drive) -> Motion:
     inside = stretch.samples
     reference = np.degrees(tilt[known][inside])
     moved = spectrum(reference, stretch.period)
-    return Motion(
+    return MotionSpectra(
         stretch,
         moved,
         band_of(moved),
@@ -122,7 +122,7 @@ def motion_of(drive: Drive) -> Motion:
     )
 
 
-def _motion(drive: Drive, notes: list[str]) -> Motion | None:
+def _motion(drive: Drive, notes: list[str]) -> MotionSpectra | None:
     try:
         motion = motion_of(drive)
     except RecordingError as error:
@@ -152,7 +152,7 @@ def _rest(recording: Recording, window: float | None, notes: list[str]) -> Rest 
     return rest_of(imu, inside, stretch, window or stretch.duration / WINDOWS)
 
 
-def rest_of(imu: ImuTrack, inside: slice, stretch: Stretch, window: float) -> Rest:
+def rest_of(imu: ImuTrack, inside: slice, stretch: UniformSpan, window: float) -> Rest:
     """Return the figures of equidistant samples at rest, averaged over windows [s]."""
     gyro, accel, period = np.degrees(imu.gyro[inside]), imu.accel[inside], stretch.period
     curves = [
@@ -169,7 +169,7 @@ def rest_of(imu: ImuTrack, inside: slice, stretch: Stretch, window: float) -> Re
     )
 
 
-def _assumptions(what: str, stretch: Stretch) -> list[str]:
+def _assumptions(what: str, stretch: UniformSpan) -> list[str]:
     found = []
     if stretch.left_out:
         found.append(
@@ -184,7 +184,7 @@ def _assumptions(what: str, stretch: Stretch) -> list[str]:
     return found
 
 
-def as_json(noise: Noise) -> dict[str, Any]:
+def as_json(noise: RecordingNoise) -> dict[str, Any]:
     """Return the figures as plain data, spectra by their areas."""
     result: dict[str, Any] = {"source": noise.source, "notes": list(noise.notes)}
     if noise.motion is not None:
@@ -223,7 +223,7 @@ def _rest_json(rest: Rest) -> dict[str, Any]:
     }
 
 
-def _stretch(stretch: Stretch) -> dict[str, float]:
+def _stretch(stretch: UniformSpan) -> dict[str, float]:
     return {
         "duration_s": stretch.duration,
         "period_s": stretch.period,

@@ -19,7 +19,7 @@ LARGEST_STEP = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class UniformSpan:
     """Samples that count as equidistant."""
 
     first: int
@@ -44,7 +44,7 @@ class Stretch:
         return (self.last - self.first) * self.period
 
 
-def uniform_stretch(stamps: StampArray, what: str, minimum: float) -> Stretch:
+def uniform_stretch(stamps: StampArray, what: str, minimum: float) -> UniformSpan:
     """Return the longest stretch of a track without a gap.
 
     Args:
@@ -70,4 +70,4 @@ def uniform_stretch(stamps: StampArray, what: str, minimum: float) -> Stretch:
             f"at least {minimum:g} s are needed"
         )
     left_out = int(stamps.size) - (last - first)
-    return Stretch(first, last, period, float(periods.std()), left_out)
+    return UniformSpan(first, last, period, float(periods.std()), left_out)

@@ -16,7 +16,7 @@ from ..errors import ConfigurationError
 from ..recording import FloatArray
 from ..robot import Robot
 from ..simulation.disturbances import STEP
-from ..simulation.robot import Reading, Truth
+from ..simulation.robot import SensorReading, Truth
 from ..simulation.simulate import FIRST_STAMP, setups_of
 from ..simulation.worlds import World, world_named
 from .balance import CONTROL_PERIOD
@@ -142,7 +142,7 @@ class PhysicsRobot:
         self._order, self._from, self._down = Order(), None, False
         self._row = self._engine.row()
 
-    def advance(self, voltages: Sequence[float], duration: float) -> list[Reading]:
+    def advance(self, voltages: Sequence[float], duration: float) -> list[SensorReading]:
         """Move on under one command.
 
         Args:
@@ -218,11 +218,11 @@ class PhysicsRobot:
             for begin, length, force in self._waves
         )
 
-    def _read(self) -> Reading:
+    def _read(self) -> SensorReading:
         """Read all sensors now."""
         row: FloatArray = self._row
         truth = self.truth
-        return Reading(
+        return SensorReading(
             self.stamp,
             self._readings.imu(self._step // self._every),
             self._readings.wheels(row),

@@ -21,7 +21,7 @@ from .state import RATE, VELOCITY, WHEELS, rotations, tilts
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class PhysicsSenses:
     """The sensing elements on one robot."""
 
     robot: Robot
@@ -64,9 +64,11 @@ class Senses:
         return angle
 
 
-def senses_of(robot: Robot, world: World, seed: int, *, clipped_first: bool = False) -> Senses:
+def senses_of(
+    robot: Robot, world: World, seed: int, *, clipped_first: bool = False
+) -> PhysicsSenses:
     """Return the sensing elements of a robot in a world."""
-    return Senses(robot, gyro_cross(world, seed), world, clipped_first)
+    return PhysicsSenses(robot, gyro_cross(world, seed), world, clipped_first)
 
 
 def shaking(world: World, speed: FloatArray, voltage: FloatArray, seed: int) -> FloatArray:

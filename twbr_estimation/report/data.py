@@ -11,7 +11,7 @@ from ..configuration.of_recording import TERMS
 from ..drives import Drive, Runs
 from ..errors import RecordingError
 from ..filters import filter_named
-from ..noise.analysis import Motion, motion_of
+from ..noise.analysis import MotionSpectra, motion_of
 from ..recording import TiltTrack
 from ..scoring.errors import mean_square_error
 from .quality import Quality, quality_of
@@ -38,7 +38,7 @@ class RecordingReport:
     runs: Runs
     raw: TiltTrack
     quality: Quality
-    motion: Motion | None
+    motion: MotionSpectra | None
     """Spectra; None where there can be none."""
     no_motion: str
     """Why there are no spectra; empty where there are."""
@@ -88,7 +88,7 @@ def collect(runs: Runs) -> RecordingReport:
     )
 
 
-def _motion(drive: Drive) -> tuple[Motion | None, str]:
+def _motion(drive: Drive) -> tuple[MotionSpectra | None, str]:
     try:
         return motion_of(drive), ""
     except RecordingError as error:

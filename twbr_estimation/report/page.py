@@ -17,7 +17,7 @@ from .. import __version__
 from ..drives import Runs
 from ..errors import ConfigurationError
 from ..filters import filter_named
-from ..scoring.errors import Options, mean_over
+from ..scoring.errors import ScoringOptions, mean_over
 from .data import RAW, RecordingReport
 from .traces import REFERENCE, Trace, styles_of, traces_of
 
@@ -38,7 +38,7 @@ _YEAR_2000 = 946_684_800_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TableRow:
     """One estimator in a table."""
 
     name: str
@@ -48,7 +48,7 @@ class Row:
     cells: tuple[str, ...]
 
 
-def render(reports: Sequence[RecordingReport], command: str, options: Options) -> str:
+def render(reports: Sequence[RecordingReport], command: str, options: ScoringOptions) -> str:
     """Return the page.
 
     Args:
@@ -154,7 +154,7 @@ def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
         yield "temperature", f"{values.min():.1f} to {values.max():.1f} °C"
 
 
-def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[Row]:
+def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[TableRow]:
     """Return reference and estimators, the best first, then the raw angle."""
     by_name = {trace.name: trace for trace in traces}
     score = report.runs.score
@@ -168,7 +168,7 @@ def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[Row]:
             "" if figures is None else form.format(getattr(figures, figure) * factor)
             for _, figure, form, factor in FIGURES
         )
-        rows.append(Row(name, trace.colour, trace.dash, trace.visible, cells))
+        rows.append(TableRow(name, trace.colour, trace.dash, trace.visible, cells))
     return rows
 
 
@@ -184,7 +184,7 @@ def _mean_rows(reports: Sequence[RecordingReport]) -> list[tuple[str, tuple[str,
     ]
 
 
-def _comparison(options: Options) -> str:
+def _comparison(options: ScoringOptions) -> str:
     parts = []
     if options.reference_delay:
         parts.append(f"reference {1e3 * options.reference_delay:g} ms later")

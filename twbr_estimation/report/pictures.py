@@ -10,7 +10,7 @@ import numpy as np
 
 from ..disk.writing import whole_file
 from ..errors import ConfigurationError
-from ..noise import GYRO_UNIT, Noise
+from ..noise import GYRO_UNIT, RecordingNoise
 from ..recording import FloatArray
 from .decimation import thinned
 from .palette import AXES, MOTION
@@ -46,7 +46,7 @@ def save(figure: Any, path: Path) -> None:
         figure.savefig(temporary, format="png", dpi=150)
 
 
-def noise_picture(found: Sequence[Noise], path: Path) -> None:
+def noise_picture(found: Sequence[RecordingNoise], path: Path) -> None:
     """Draw spectra, Allan deviations and bias, a row for each recording.
 
     Raises:
@@ -67,10 +67,10 @@ def noise_picture(found: Sequence[Noise], path: Path) -> None:
     save(figure, path)
 
 
-Drawer = Callable[[Any, Noise], None]
+Drawer = Callable[[Any, RecordingNoise], None]
 
 
-def _panels(noise: Noise) -> list[Drawer]:
+def _panels(noise: RecordingNoise) -> list[Drawer]:
     panels: list[Drawer] = []
     if noise.motion is not None:
         panels.append(_draw_angle)
@@ -79,7 +79,7 @@ def _panels(noise: Noise) -> list[Drawer]:
     return panels
 
 
-def _draw_angle(axes: Any, noise: Noise) -> None:
+def _draw_angle(axes: Any, noise: RecordingNoise) -> None:
     motion = noise.motion
     assert motion is not None
     curves = [
@@ -94,7 +94,7 @@ def _draw_angle(axes: Any, noise: Noise) -> None:
     axes.set_ylabel("power density [deg²/Hz]")
 
 
-def _draw_gyro(axes: Any, noise: Noise) -> None:
+def _draw_gyro(axes: Any, noise: RecordingNoise) -> None:
     assert noise.rest is not None
     for axis, colour in zip("xyz", AXES, strict=True):
         entry = noise.rest.gyro_spectra[axis]
@@ -103,7 +103,7 @@ def _draw_gyro(axes: Any, noise: Noise) -> None:
     axes.set_ylabel("power density at rest [(deg/s)²/Hz]")
 
 
-def _draw_allan(axes: Any, noise: Noise) -> None:
+def _draw_allan(axes: Any, noise: RecordingNoise) -> None:
     assert noise.rest is not None
     curves = [curve for curve in noise.rest.allan if curve.unit == GYRO_UNIT]
     for curve, colour in zip(curves, AXES, strict=True):
@@ -112,7 +112,7 @@ def _draw_allan(axes: Any, noise: Noise) -> None:
     axes.set_ylabel(f"Allan deviation [{GYRO_UNIT}]")
 
 
-def _draw_bias(axes: Any, noise: Noise) -> None:
+def _draw_bias(axes: Any, noise: RecordingNoise) -> None:
     assert noise.rest is not None
     drift = noise.rest.gyro_drift
     for index, (axis, colour) in enumerate(zip("xyz", AXES, strict=True)):

@@ -17,7 +17,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from ..noise.analysis import Motion
+from ..noise.analysis import MotionSpectra
 from ..recording import FloatArray
 from .data import RAW
 from .decimation import thinned
@@ -66,7 +66,7 @@ def histogram_plot(traces: Sequence[Trace], name: str) -> figure:
     return plot
 
 
-def spectrum_plot(motion: Motion, traces: Sequence[Trace], name: str) -> figure:
+def spectrum_plot(motion: MotionSpectra, traces: Sequence[Trace], name: str) -> figure:
     """Return the spectra of Laddach 2022, Fig. 11, and those of the estimators' errors."""
     plot = _figure(
         name,

@@ -31,7 +31,7 @@ PLAIN = CorrectionSettings(euler=False, centrifugal=False, wheel=False, yaw=Fals
 """The paper's complementary filters take the accelerometer as it is."""
 
 
-class Row(NamedTuple):
+class SpinRow(NamedTuple):
     """One estimator of the table."""
 
     filter: str
@@ -42,21 +42,21 @@ class Row(NamedTuple):
     """Whether it is told where the IMU sits, and the correction takes all motion terms out."""
 
 
-def rows() -> dict[str, Row]:
+def rows() -> dict[str, SpinRow]:
     """Return the estimators by what the table calls them."""
     _, settings = preset("sihite2018", PERIOD)
     lagged, kalman = "complementary_lagged", "kalman_tuned"
     printed = {"printed_yaw_terms": 1.0}
     return {
-        "complementary (`complementary_lagged`)": Row(
+        "complementary (`complementary_lagged`)": SpinRow(
             lagged, settings.values.get(lagged, {}), "CF"
         ),
-        "complementary KF (`kalman_tuned`)": Row(kalman, settings.values[kalman], "CKF"),
-        "planar KF (`dynamic_planar`)": Row("dynamic_planar", {}, "planar"),
-        "yaw EKF as printed (`dynamic_yaw`)": Row("dynamic_yaw", printed, "yaw"),
-        "yaw EKF, right terms (`dynamic_yaw`)": Row("dynamic_yaw", {}),
-        "complementary, corrected (`complementary_lagged`)": Row(lagged, {}, corrected=True),
-        "calibrating EKF (`dynamic_calibrating`)": Row("dynamic_calibrating", {}),
+        "complementary KF (`kalman_tuned`)": SpinRow(kalman, settings.values[kalman], "CKF"),
+        "planar KF (`dynamic_planar`)": SpinRow("dynamic_planar", {}, "planar"),
+        "yaw EKF as printed (`dynamic_yaw`)": SpinRow("dynamic_yaw", printed, "yaw"),
+        "yaw EKF, right terms (`dynamic_yaw`)": SpinRow("dynamic_yaw", {}),
+        "complementary, corrected (`complementary_lagged`)": SpinRow(lagged, {}, corrected=True),
+        "calibrating EKF (`dynamic_calibrating`)": SpinRow("dynamic_calibrating", {}),
     }
 
 
@@ -114,6 +114,6 @@ def spin_errors(
     return errors
 
 
-def _tilt(row: Row, corrected: CorrectedTrack, setup: Setup) -> Any:
+def _tilt(row: SpinRow, corrected: CorrectedTrack, setup: Setup) -> Any:
     entry = filter_named(row.filter)
     return run_filter(entry, entry.configure(row.values), corrected, setup.robot).tilt

@@ -14,7 +14,7 @@ from ..drives import Drive
 from ..filters import filter_named
 from ..recording import FloatArray, TiltTrack
 from ..robot import CorrectionSettings
-from ..scoring.errors import Association, Options, Score, score
+from ..scoring.errors import Association, Score, ScoringOptions, score
 from ..simulation import simulate
 from ..simulation.worlds import STAND
 from ..tuning.filter import TuningTask
@@ -30,7 +30,7 @@ ACCELEROMETER = "accelerometer"
 FILTERS = ("complementary", "kalman_tuned")
 DETUNING: Mapping[str, float] = {"tuned": 1.0, "too fast": 0.1, "too slow": 10.0}
 """Factor on the time for which a filter trusts the gyro."""
-SETTLED = Options(skip=10.0)
+SETTLED = ScoringOptions(skip=10.0)
 """The charts of the paper begin long after its filters did."""
 
 Estimates = dict[tuple[str, str], FloatArray]

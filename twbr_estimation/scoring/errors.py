@@ -31,7 +31,7 @@ _LARGEST_DELAY = 0.5  # [s]; beyond it a linearised search means nothing
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class ScoringOptions:
     """How estimates are compared with the reference."""
 
     reference_delay: float = 0.0
@@ -97,7 +97,7 @@ class RecordingScore:
 class Association:
     """A reference, ready to be compared with estimates at any stamps."""
 
-    def __init__(self, reference: TiltTrack, options: Options | None = None) -> None:
+    def __init__(self, reference: TiltTrack, options: ScoringOptions | None = None) -> None:
         """Prepare `reference`.
 
         Raises:
@@ -107,7 +107,7 @@ class Association:
             raise RecordingError(
                 f"the reference holds {reference.stamps.size} samples; at least 2 are needed"
             )
-        self._options = options or Options()
+        self._options = options or ScoringOptions()
         self._times = reference.stamps
         self._tilt = np.unwrap(reference.tilt) + self._options.reference_offset
         self._periods = np.diff(self._times)
@@ -276,7 +276,7 @@ def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> 
 def score_recording(
     recording: Recording,
     estimates: Mapping[str, TiltTrack],
-    options: Options | None = None,
+    options: ScoringOptions | None = None,
     warnings: Sequence[str] = (),
     association: Association | None = None,
 ) -> RecordingScore:
@@ -294,7 +294,7 @@ def score_recording(
     """
     if recording.reference is None:
         raise RecordingError(f"{recording.source}: there is no reference to compare with")
-    options = options or Options()
+    options = options or ScoringOptions()
     first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
     finite, found = _finite(estimates, int(recording.imu.stamps[0]))
     scores, name = {}, "reference"

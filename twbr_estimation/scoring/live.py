@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from ..errors import RecordingError
 from ..recording import FloatArray, StampArray, TiltTrack
 from ..samples import RESTART_GAP
-from .errors import Association, ErrorSums, Options, RecordingScore, Score, delay_of, errors_of
+from .errors import (
+    Association,
+    ErrorSums,
+    RecordingScore,
+    Score,
+    ScoringOptions,
+    delay_of,
+    errors_of,
+)
 
 HISTORY = 60.0
 """The delay is found over this last stretch of time [s]."""
@@ -81,14 +89,14 @@ class _Estimator:
 class LiveEvaluation:
     """Scores any number of estimators while estimates and reference arrive."""
 
-    def __init__(self, options: Options | None = None, source: str = "live") -> None:
+    def __init__(self, options: ScoringOptions | None = None, source: str = "live") -> None:
         """Start without an estimator.
 
         Args:
             options: how to compare; `skip` counts from the first estimate.
             source: what to call the stream in the scores.
         """
-        self._options = options or Options()
+        self._options = options or ScoringOptions()
         self._source = source
         self._reference = TiltBuffer()
         self._estimators: dict[str, _Estimator] = {}

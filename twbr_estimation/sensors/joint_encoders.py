@@ -25,7 +25,7 @@ class Role(str, Enum):
     """The true tilt, on `reference/joint_states` as joint `tilt`."""
 
 
-class Source(str, Enum):
+class CounterSource(str, Enum):
     """What counts."""
 
     SYSFS = "sysfs"
@@ -41,8 +41,8 @@ class JointEncoderSettings:
         Meaning("What is measured: `wheels`, or `reference` for the joint `tilt` (one encoder)."),
     ] = Role.WHEELS
     source: Annotated[
-        Source, Meaning("What counts: `sysfs` (the kernel's counters) or `gpio` lines.")
-    ] = Source.SYSFS
+        CounterSource, Meaning("What counts: `sysfs` (the kernel's counters) or `gpio` lines.")
+    ] = CounterSource.SYSFS
     simulated: Annotated[
         bool, Meaning("Read simulated counters of a robot that swings gently, instead of a device.")
     ] = False
@@ -112,7 +112,7 @@ class JointEncoderSettings:
         """Return the lists in use, with their entries for one encoder."""
         if self.simulated:
             return (("signs", 1),)
-        if self.source is Source.SYSFS:
+        if self.source is CounterSource.SYSFS:
             return (("signs", 1), ("counters", 1))
         index = (("gpio_index_lines", 1),) if self.encoder.use_index else ()
         return (("signs", 1), ("gpio_lines", 2), *index)
@@ -170,7 +170,7 @@ def _counter(index: int, settings: JointEncoderSettings, clock: Callable[[], int
     if settings.simulated:
         angle = swing_tilt if settings.role is Role.REFERENCE else swing_wheel
         return SimulatedCounter(clock, angle, settings.encoder)
-    if settings.source is Source.SYSFS:
+    if settings.source is CounterSource.SYSFS:
         return SysfsCounter(settings.counters[index], settings.modulus, use_index)
     line_a, line_b = settings.gpio_lines[2 * index : 2 * index + 2]
     line = settings.gpio_index_lines[index] if use_index else -1

@@ -12,7 +12,7 @@ from ..plants.laddach2022 import PlantParameters
 from ..recording import FloatArray
 from ..sensors.error_model import ImuErrors, low_passed, read
 from .disturbances import STEP, Disturbances
-from .planar_sensing import Motion, Mount, at_rest, sense, sense_stretch
+from .planar_sensing import Mount, PlanarMotion, at_rest, sense, sense_stretch
 from .rig import Inputs, RigState, next_voltage, stretch
 from .rig_controller import BalanceGains
 from .spatial_sensing import Felt
@@ -32,10 +32,10 @@ def drive(
         period: of the controller [s].
 
     Returns:
-        The motion, (n, 8) with the fields of `Motion`, its first row at rest; and the falls.
+        The motion, (n, 8) with the fields of `PlanarMotion`, its first row at rest; and the falls.
     """
     inputs = disturbances.inputs()
-    motion = np.zeros((inputs.shape[0], len(Motion._fields)))
+    motion = np.zeros((inputs.shape[0], len(PlanarMotion._fields)))
     state = _drive_kernel()(
         inputs, disturbances.vibration, plant, gains, round(period / STEP), RigState(), motion
     )
@@ -53,7 +53,7 @@ def measure(
     """Read the IMU at every `every`-th step of a motion.
 
     Args:
-        motion: (n, 8) with the fields of `Motion`.
+        motion: (n, 8) with the fields of `PlanarMotion`.
         mount: how the IMU is fixed.
         errors: what is wrong with it.
         drift: deviation of the gyro biases at each reading [rad/s], (m, 3).
@@ -152,11 +152,11 @@ def _measure_kernel() -> Any:
     ) -> None:
         row = motion[0]
         sensed = at_rest(
-            Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]), mount
+            PlanarMotion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7]), mount
         )
         for i in range(motion.shape[0]):
             row = motion[i]
-            now = Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+            now = PlanarMotion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
             sensed = sense(sensed, now, mount)
             k = i // every
             if i % every == 0 and k < readings.shape[0]:

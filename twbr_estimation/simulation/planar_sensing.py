@@ -18,7 +18,7 @@ RESIDUAL_RMS = 1.264
 """rms of the residual's shape at unit amplitude, over +-7 m/s^2 and all phases."""
 
 
-class Motion(NamedTuple):
+class PlanarMotion(NamedTuple):
     """How the robot moves at one instant."""
 
     velocity: float
@@ -55,16 +55,16 @@ class SensedMotion(NamedTuple):
     """Angular rate [rad/s]."""
     force: Triple
     """Specific force [m/s^2]."""
-    motion: Motion
+    motion: PlanarMotion
 
 
-def at_rest(motion: Motion, mount: Mount) -> SensedMotion:
+def at_rest(motion: PlanarMotion, mount: Mount) -> SensedMotion:
     """Return what the sensor feels on a robot that has not moved for long."""
     force = _to_sensor(_specific_force(motion, motion, mount), mount.rotation)
     return SensedMotion(_to_sensor((0.0, motion.rate, 0.0), mount.rotation), force, motion)
 
 
-def sense(last: SensedMotion, motion: Motion, mount: Mount) -> SensedMotion:
+def sense(last: SensedMotion, motion: PlanarMotion, mount: Mount) -> SensedMotion:
     """Return what reaches the sensing elements one `STEP` later."""
     rate = _to_sensor((0.0, motion.rate, 0.0), mount.rotation)
     force = _to_sensor(_specific_force(last.motion, motion, mount), mount.rotation)
@@ -88,19 +88,19 @@ def sense_stretch(sensed: SensedMotion, motion: Any, mount: Mount) -> SensedMoti
     """Return what reaches the sensing elements after n steps; `motion` as in `rig.stretch`."""
     for i in range(len(motion)):
         row = motion[i]
-        now = Motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        now = PlanarMotion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
         sensed = sense(sensed, now, mount)
     return sensed
 
 
-def _sensor_velocity(motion: Motion, mount: Mount) -> tuple[float, float]:
+def _sensor_velocity(motion: PlanarMotion, mount: Mount) -> tuple[float, float]:
     """Return the horizontal and vertical velocity of the sensor in the world [m/s]."""
     sine, cosine = math.sin(motion.tilt), math.cos(motion.tilt)
     forward = motion.velocity + motion.rate * (mount.up * cosine - mount.forward * sine)
     return forward, -motion.rate * (mount.up * sine + mount.forward * cosine)
 
 
-def _specific_force(last: Motion, now: Motion, mount: Mount) -> Triple:
+def _specific_force(last: PlanarMotion, now: PlanarMotion, mount: Mount) -> Triple:
     """Return the mean specific force over a step, body axes [m/s^2].
 
     Differences of velocity, so that an impulse within the step is felt.

@@ -22,7 +22,7 @@ from ..plants.laddach2022 import (
 from ..samples import STANDARD_GRAVITY
 from ..sensors.error_model import Triple
 from .disturbances import STEP
-from .planar_sensing import Motion
+from .planar_sensing import PlanarMotion
 from .rig_controller import BalanceGains, balance_voltage
 
 PUSH_HEIGHT = 0.18
@@ -181,7 +181,7 @@ def ring_acceleration(ring: Ring) -> float:
     return -stiffness - 2.0 * RING_DAMPING * RING_FREQUENCY * ring.velocity
 
 
-def motion_of(state: RigState, acting: Loads, voltage: float, vibration: Triple) -> Motion:
+def motion_of(state: RigState, acting: Loads, voltage: float, vibration: Triple) -> PlanarMotion:
     """Return how the robot moves after a step.
 
     Args:
@@ -192,7 +192,7 @@ def motion_of(state: RigState, acting: Loads, voltage: float, vibration: Triple)
     """
     moving = state.plant
     level = VIBRATION_LEVEL * (0.05 + abs(moving.velocity) / 0.5 + 0.6 * abs(voltage) / 12.0)
-    return Motion(
+    return PlanarMotion(
         moving.velocity,
         moving.tilt,
         moving.rate,
@@ -220,7 +220,7 @@ def stretch(
         vibration: at unit level after each step, n rows of forward, left, up.
         voltage: of the motors [V].
         plant: the robot.
-        motion: n rows that receive the fields of `Motion` after each step.
+        motion: n rows that receive the fields of `PlanarMotion` after each step.
 
     Rows of an array, or lists of floats, which are faster where this runs interpreted.
     """

@@ -20,7 +20,7 @@ from ..recording import FloatArray
 from ..robot import Robot
 from ..sensors.error_model import Sextuple, read
 from .disturbances import STEP, disturb, gyro_drift, stream
-from .planar_sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
+from .planar_sensing import PlanarMotion, gyro_cross, imu_errors, mount_of, quantised
 from .rig import BALANCING, LYING, LYING_SECONDS, STOP_TILT, Inputs, RigState, stretch
 from .simulate import FIRST_STAMP, WHEEL_COUNTS, setups_of
 from .stepped_sensing import PlanarSenses, Senses, SpatialSenses
@@ -48,7 +48,7 @@ class Truth(NamedTuple):
     """[rad/s]."""
 
 
-class Reading(NamedTuple):
+class SensorReading(NamedTuple):
     """All sensors at one instant."""
 
     stamp: int
@@ -117,7 +117,7 @@ class SimulatedRobot:
         self._voltages = (0.0, 0.0)
         self._commands: deque[tuple[int, tuple[float, float]]] = deque()
         self._waves: list[tuple[int, int, int, float]] = []
-        self._senses.begin(Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0)
+        self._senses.begin(PlanarMotion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0)
         self.reading = self._read()
         """The latest reading; at first the one at rest."""
 
@@ -202,10 +202,10 @@ class SimulatedRobot:
         self._state = self._state._replace(
             plant=PlantState(at, 0.0, tilt, 0.0), mode=BALANCING, timer=0.0, origin=at
         )
-        still = Motion(0.0, tilt, 0.0, 0.0, 0.0, 0.0, 0.0, self._state.wheel_travel)
+        still = PlanarMotion(0.0, tilt, 0.0, 0.0, 0.0, 0.0, 0.0, self._state.wheel_travel)
         self._senses.begin(still, self._step)
 
-    def advance(self, voltages: Sequence[float], duration: float) -> list[Reading]:
+    def advance(self, voltages: Sequence[float], duration: float) -> list[SensorReading]:
         """Move on under one command.
 
         Args:
@@ -262,7 +262,7 @@ class SimulatedRobot:
         self._waves = [wave for wave in self._waves if wave[1] + wave[2] > begin]
         return inputs, self._vibration[(rows + 1) % self._count]
 
-    def _read(self) -> Reading:
+    def _read(self) -> SensorReading:
         """Read all sensors now."""
         index = (self._step // self._every) % len(self._noise)
         rate, force = self._senses.felt()
@@ -274,7 +274,7 @@ class SimulatedRobot:
         if self.world.digital:
             wheels = quantised(wheels, WHEEL_COUNTS, self._zeros)
             reference = float(quantised(np.array(reference), self.world.reference_counts, 0.5))
-        return Reading(self.stamp, imu, tuple(wheels.tolist()), reference, truth)
+        return SensorReading(self.stamp, imu, tuple(wheels.tolist()), reference, truth)
 
 
 def _at_rest_on_a_stop(plant: PlantState) -> PlantState:

@@ -15,7 +15,7 @@ from ..recording import FloatArray
 from . import stand
 from .disturbances import STEP, disturb
 from .kernels import drive
-from .planar_sensing import Motion
+from .planar_sensing import PlanarMotion
 from .rig_controller import balance_gains
 from .turning import Turning, turning
 from .worlds import World
@@ -30,7 +30,7 @@ class Performed(NamedTuple):
     """The motion of a scene, one row a step."""
 
     motion: FloatArray
-    """(n, 8) with the fields of `Motion`."""
+    """(n, 8) with the fields of `PlanarMotion`."""
     falls: int
     turning: Turning | None = None
     """What is added to the planar motion, in a world with turns."""
@@ -50,7 +50,7 @@ def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Perfo
 
 def _still(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
     del world, plant, seed
-    return Performed(np.zeros((steps, len(Motion._fields))), 0)
+    return Performed(np.zeros((steps, len(PlanarMotion._fields))), 0)
 
 
 def _poses(world: World, plant: PlantParameters, steps: int, seed: int) -> Performed:
@@ -63,7 +63,7 @@ def _poses(world: World, plant: PlantParameters, steps: int, seed: int) -> Perfo
     stages = np.minimum((time / stage).astype(np.int64), count)
     share = np.clip((time - stages * stage) / MOVE_SECONDS, 0.0, 1.0)
     before, after = angles[np.maximum(stages - 1, 0)], angles[stages]
-    motion = np.zeros((steps, len(Motion._fields)))
+    motion = np.zeros((steps, len(PlanarMotion._fields)))
     turn = 2.0 * math.pi * share
     motion[:, 1] = before + (after - before) * (share - np.sin(turn) / (2.0 * math.pi))
     motion[:, 2] = (after - before) * (1.0 - np.cos(turn)) / MOVE_SECONDS

@@ -13,7 +13,7 @@ from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, Tilt
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
 from .kernels import measure, measure_felt
-from .planar_sensing import Motion, gyro_cross, imu_errors, mount_of, quantised
+from .planar_sensing import PlanarMotion, gyro_cross, imu_errors, mount_of, quantised
 from .scenes import SCENES, Performed
 from .spatial_sensing import felt, in_sensor_axes, wheel_angles
 from .turning import straight
@@ -180,6 +180,6 @@ def _wheels(performed: Performed, robot: Robot) -> FloatArray:
     motion = performed.motion
     if robot.track_width > 0.0:
         return wheel_angles(motion, performed.turning or straight(motion.shape[0]), robot)
-    travel = motion[:, Motion._fields.index("wheel_travel")]
+    travel = motion[:, PlanarMotion._fields.index("wheel_travel")]
     angle: FloatArray = (travel / robot.wheel_radius - motion[:, 1])[:, None]
     return angle

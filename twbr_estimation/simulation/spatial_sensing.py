@@ -19,7 +19,7 @@ from ..recording import FloatArray
 from ..robot import Robot
 from ..samples import STANDARD_GRAVITY
 from .disturbances import STEP
-from .planar_sensing import Motion
+from .planar_sensing import PlanarMotion
 from .turning import Turning
 
 
@@ -41,7 +41,7 @@ def felt(
     every term of the lever arm, and an impulse within the step.
 
     Args:
-        planar: the planar drive, (n, 8) with the fields of `Motion`.
+        planar: the planar drive, (n, 8) with the fields of `PlanarMotion`.
         turning: what is added to it, n steps.
         arm: position of the IMU from the middle of the axle, body axes [m].
         step: time between two rows [s].
@@ -96,7 +96,7 @@ def wheel_angles(
     the axle turns about itself, tilt and the yaw's share on a slope, the wheel need not.
 
     Args:
-        planar: the planar drive without slip, (n, 8) with the fields of `Motion`.
+        planar: the planar drive without slip, (n, 8) with the fields of `PlanarMotion`.
         turning: what is added to it, n steps; its slip is counted.
         robot: the true one.
         step: time between two rows [s].
@@ -124,8 +124,8 @@ def in_sensor_axes(felt: Felt, rotation: NDArray[np.float64], cross: FloatArray)
 
 
 def _column(planar: FloatArray, name: str) -> FloatArray:
-    """Return one field of `Motion` over time."""
-    return planar[:, Motion._fields.index(name)]
+    """Return one field of `PlanarMotion` over time."""
+    return planar[:, PlanarMotion._fields.index(name)]
 
 
 def _integral(rate: FloatArray, step: float) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..recording import FloatArray
 from .disturbances import STEP, half_sines, stream, vibration
-from .planar_sensing import Motion
+from .planar_sensing import PlanarMotion
 from .rig import Ring, ring_acceleration, rung
 from .worlds import World
 
@@ -44,13 +44,13 @@ DRIVE_VIBRATION = 0.338
 """Vibration by the drive, on each axis [m/s^2]: in world `stand` 1.25 deg of the angle from the
 accelerometer."""
 
-_TILT, _RATE = Motion._fields.index("tilt"), Motion._fields.index("rate")
-_FORWARD, _UP = Motion._fields.index("shake_forward"), Motion._fields.index("shake_up")
+_TILT, _RATE = PlanarMotion._fields.index("tilt"), PlanarMotion._fields.index("rate")
+_FORWARD, _UP = PlanarMotion._fields.index("shake_forward"), PlanarMotion._fields.index("shake_up")
 
 
 def static(steps: int) -> FloatArray:
-    """Return the motion of a stand at rest, Fig. 6: (steps, 8) with the fields of `Motion`."""
-    return np.zeros((steps, len(Motion._fields)))
+    """Return the motion of a stand at rest, Fig. 6: (steps, 8) fields of `PlanarMotion`."""
+    return np.zeros((steps, len(PlanarMotion._fields)))
 
 
 def vibrating(world: World, steps: int, seed: int) -> FloatArray:
@@ -99,7 +99,7 @@ def _swung(push: FloatArray, held: FloatArray, angle: FloatArray, stop: float) -
         stop: largest angle [rad].
 
     Returns:
-        The motion, (n, 8) with the fields of `Motion`.
+        The motion, (n, 8) with the fields of `PlanarMotion`.
     """
     motion = static(push.size)
     tilt, rate, ring = 0.0, 0.0, Ring()

@@ -14,12 +14,12 @@ from ..recording import FloatArray
 from ..robot import Robot
 from ..sensors.error_model import Triple, low_passed
 from .disturbances import STEP
-from .planar_sensing import Motion, Mount, SensedMotion, at_rest, sense, sense_stretch
+from .planar_sensing import Mount, PlanarMotion, SensedMotion, at_rest, sense, sense_stretch
 from .spatial_sensing import felt, in_sensor_axes, wheel_angles
 from .turning import Turning
 
 Rows = Any
-"""Lists of floats, or an array: the fields of `Motion`, one row a step."""
+"""Lists of floats, or an array: the fields of `PlanarMotion`, one row a step."""
 
 
 class Senses(Protocol):
@@ -65,7 +65,7 @@ class PlanarSenses:
     def begin(self, row: Any, step: int) -> None:
         """As `Senses`."""
         del step
-        motion = Motion(*map(float, row))
+        motion = PlanarMotion(*map(float, row))
         self._sensed = sense(at_rest(motion, self._mount), motion, self._mount)
 
     def follow(self, rows: Rows, step: int) -> None:
@@ -151,5 +151,5 @@ class SpatialSenses:
 
     def _without_turns(self, planar: FloatArray) -> FloatArray:
         """Return the wheels' angle of the planar motion alone [rad]."""
-        motion = Motion(*planar[0])
+        motion = PlanarMotion(*planar[0])
         return np.full(2, motion.wheel_travel / self._robot.wheel_radius - motion.tilt)

@@ -16,7 +16,7 @@ TINY = 1e-12
 """Added to the diagonal of the scaled covariance that is inverted."""
 
 
-class Later(NamedTuple):
+class BackwardState(NamedTuple):
     """What a window knows with hindsight, for the one before it."""
 
     prior: Array
@@ -29,15 +29,15 @@ class Later(NamedTuple):
     """Of that state, with hindsight, (s, s)."""
 
 
-def nothing_later() -> Later:
+def final_state() -> BackwardState:
     """Return what the end of a recording knows."""
     zeros = np.zeros((STATES, STATES))
-    return Later(np.eye(STATES), zeros, np.zeros(STATES), zeros.copy())
+    return BackwardState(np.eye(STATES), zeros, np.zeros(STATES), zeros.copy())
 
 
 def step_back(
-    later: Later, prior: Array, posterior: Array, transition: Array, found: Array
-) -> tuple[Later, Array]:
+    later: BackwardState, prior: Array, posterior: Array, transition: Array, found: Array
+) -> tuple[BackwardState, Array]:
     """Go back by one window.
 
     Args:
@@ -54,7 +54,7 @@ def step_back(
     error = gain @ later.found
     covariance = posterior + gain @ (later.covariance - later.prior) @ gain.T
     covariance = 0.5 * (covariance + covariance.T)
-    return Later(prior, transition, found + error, covariance), error
+    return BackwardState(prior, transition, found + error, covariance), error
 
 
 def _inverse_times(p: Array, right: Array) -> Array:

@@ -12,7 +12,7 @@ from ..batch.kernels import SOURCES, sample_at
 from ..filters.inertial.error_state import STATES, Array
 from ..filters.inertial.strapdown import heading_of, matrix_of, product, rotation_of, tilt_of
 from ..filters.ins_odometer import tilt_variance
-from .backward import Later, step_back
+from .backward import BackwardState, step_back
 from .forward import advance
 
 _SOURCES = (*SOURCES, "smoothing/*.py")
@@ -85,7 +85,9 @@ def sweep_kernel() -> Any:
             now, error = step_back(
                 later, tape.prior[j], tape.posterior[j], tape.transition[j], tape.found[j]
             )
-            later = Later(now.prior.copy(), now.transition.copy(), now.found, now.covariance)
+            later = BackwardState(
+                now.prior.copy(), now.transition.copy(), now.found, now.covariance
+            )
             hindsight.before[k] = now.found[:3]
             hindsight.after[k] = error[:3]
             q = attitude[ends[k]]

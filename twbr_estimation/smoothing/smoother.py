@@ -25,7 +25,7 @@ from ..filters.ins_odometer import State, reset
 from ..recording import FloatArray, StampArray, TiltTrack
 from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
-from .backward import nothing_later
+from .backward import final_state
 from .forward import Pass, empty_tape, started
 from .kernels import Hindsight, forward_kernel, spread_kernel, sweep_kernel
 
@@ -133,7 +133,7 @@ class _Part:
     def _pass(self, start: State, report: Progress) -> tuple[int, Array]:
         """Go forward and back; return the windows, and the start's error."""
         checkpoints, end = self._forward(start)
-        windows, later, error = end, nothing_later(), np.zeros(STATES)
+        windows, later, error = end, final_state(), np.zeros(STATES)
         report(0.3)
         for count, checkpoint in enumerate(reversed(checkpoints)):
             begin = checkpoint.window

@@ -14,7 +14,7 @@ from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
 from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
 from ..robot import Calibration
 from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample
-from .correction import UNKNOWN_TIME, Stamped
+from .correction import UNKNOWN_TIME, StampedSamples
 from .messages import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
 from .physical import LARGEST_VARIANCE, imu_fault, known_variance, wheel_fault
 from .stamps import StampGuard, Verdict
@@ -90,7 +90,7 @@ class CorrectedStream:
         self._last_stamp: int | None = None
         self._restarted = False
 
-    def add_imu(self, stamp: int, values: tuple[float, ...]) -> Stamped:
+    def add_imu(self, stamp: int, values: tuple[float, ...]) -> StampedSamples:
         """Take the 37 doubles of a message; return the samples that are ready."""
         if fault := imu_fault(readings_of(values)):
             self.imu_guard.skip(fault)
@@ -98,7 +98,7 @@ class CorrectedStream:
         verdict = self.imu_guard.check(stamp)
         if verdict is Verdict.SKIP:
             return []
-        ready: Stamped = []
+        ready: StampedSamples = []
         if verdict is Verdict.RESTART:
             ready = self.flush()
             self._pairer.restart(stamp)
@@ -108,7 +108,7 @@ class CorrectedStream:
         self._waiting.append((stamp, sample))
         return ready + self._completed(self._pairer.add_imu(stamp, readings_of(values)))
 
-    def add_wheels(self, reading: WheelReading) -> Stamped:
+    def add_wheels(self, reading: WheelReading) -> StampedSamples:
         """Take a wheel reading; return the samples it completes."""
         if fault := wheel_fault(reading.angle, reading.difference):
             self.wheel_guard.skip(fault)
@@ -116,7 +116,7 @@ class CorrectedStream:
         verdict = self.wheel_guard.check(reading.stamp)
         if verdict is Verdict.SKIP:
             return []
-        ready: Stamped = []
+        ready: StampedSamples = []
         if verdict is Verdict.RESTART:
             ready = self.flush()
             self._pairer.forget_wheels()
@@ -126,7 +126,7 @@ class CorrectedStream:
         """Take a command to the motors."""
         self._pairer.add_motors(command)
 
-    def flush(self) -> Stamped:
+    def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return self._completed(self._pairer.flush()) if self._waiting else []
 
@@ -143,7 +143,7 @@ class CorrectedStream:
             return UNKNOWN_TIME
         return 0.0 if last is None else (stamp - last) * 1e-9
 
-    def _completed(self, paired: list[tuple[int, Sample]]) -> Stamped:
+    def _completed(self, paired: list[tuple[int, Sample]]) -> StampedSamples:
         return [self._with_pair(sample) for _, sample in paired]
 
     def _with_pair(self, paired: Sample) -> tuple[int, CorrectedSample]:

@@ -12,7 +12,7 @@ from ..samples import RESTART_GAP, CorrectedSample, Sample, is_saturated
 from .physical import imu_fault, wheel_fault
 from .stamps import StampGuard, Verdict
 
-Stamped = list[tuple[int, CorrectedSample]]
+StampedSamples = list[tuple[int, CorrectedSample]]
 """Corrected samples with their stamps [ns]."""
 UNKNOWN_TIME = 10.0 * RESTART_GAP
 """`dt` [s] of the first sample after a restart: long enough to make filters start afresh."""
@@ -58,7 +58,7 @@ class CorrectionStream:
         """Use another setup from the next sample on; the past stays."""
         self._corrector.reconfigure(setup)
 
-    def add_imu(self, stamp: int, values: tuple[float, ...]) -> Stamped:
+    def add_imu(self, stamp: int, values: tuple[float, ...]) -> StampedSamples:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
         if fault := imu_fault(values):
             self.imu_guard.skip(fault)
@@ -72,7 +72,7 @@ class CorrectionStream:
             return ready + self._corrected(self._pairer.add_imu(stamp, values))
         return self._corrected(self._pairer.add_imu(stamp, values))
 
-    def add_wheels(self, reading: WheelReading) -> Stamped:
+    def add_wheels(self, reading: WheelReading) -> StampedSamples:
         """Take a wheel reading; return the samples it completes."""
         if fault := wheel_fault(reading.angle, reading.difference):
             self.wheel_guard.skip(fault)
@@ -90,7 +90,7 @@ class CorrectionStream:
         """Take a command to the motors."""
         self._pairer.add_motors(command)
 
-    def flush(self) -> Stamped:
+    def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return self._corrected(self._pairer.flush())
 
@@ -113,7 +113,7 @@ class CorrectionStream:
         self.recent.clear()
         self._restarted = True
 
-    def _corrected(self, samples: list[tuple[int, Sample]]) -> Stamped:
+    def _corrected(self, samples: list[tuple[int, Sample]]) -> StampedSamples:
         combined = (
             (stamp, self._oversampler.add(self._correct(sample))) for stamp, sample in samples
         )

@@ -8,7 +8,7 @@ from collections import Counter
 from ..pipeline.pairing import MotorCommand
 from ..robot import Setup
 from .corrected import CorrectedStream, has_angle, is_default, readings_of
-from .correction import CorrectionStream, Stamped
+from .correction import CorrectionStream, StampedSamples
 from .inputs import InputSettings
 from .messages import WheelDecoder, decode_imu
 from .physical import NOT_FINITE
@@ -56,7 +56,7 @@ class TiltInput:
         """Correct raw messages with another setup from the next one on."""
         self._correction.configure(setup)
 
-    def add_imu(self, data: bytes) -> Stamped:
+    def add_imu(self, data: bytes) -> StampedSamples:
         """Take a serialised Imu; return the samples that are ready.
 
         Raises:
@@ -66,7 +66,7 @@ class TiltInput:
         raw = not self._reports_angle(values)
         if not self._decided:
             self._decided, self.raw = True, raw
-        ready: Stamped = []
+        ready: StampedSamples = []
         if raw is self.raw:
             self._others = 0
         else:
@@ -96,7 +96,7 @@ class TiltInput:
         self.default_orientation = not self._oriented
         return self._oriented
 
-    def add_wheels(self, data: bytes) -> Stamped:
+    def add_wheels(self, data: bytes) -> StampedSamples:
         """Take a serialised JointState; return the samples it completes.
 
         Raises:
@@ -111,7 +111,7 @@ class TiltInput:
         """Take a command to the motors."""
         (self._correction if self.raw else self._corrected).add_motors(command)
 
-    def flush(self) -> Stamped:
+    def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return (self._correction if self.raw else self._corrected).flush()
 

@@ -13,7 +13,7 @@ from ..filters.base import Parameter
 from ..parameters.bounds import Bounds
 from ..robot import CorrectionSettings
 from .objective import TuningSet
-from .search import Found, Progress, search, unwatched
+from .search import Progress, SearchResult, no_progress, search
 
 LARGEST_TIME_CONSTANT = 1.0
 """Upper bound of the low-pass time constants in a search [s]."""
@@ -34,7 +34,7 @@ class TunedCorrection:
 
 
 def tune_correction(
-    sets: Sequence[TuningSet], seed: int = 0, progress: Progress = unwatched
+    sets: Sequence[TuningSet], seed: int = 0, progress: Progress = no_progress
 ) -> TunedCorrection:
     """Find the time constants that make the corrected angle best; Ctrl-C keeps the best so far.
 
@@ -56,11 +56,11 @@ def tune_correction(
     def mse(values: Mapping[str, float]) -> float:
         return corrected_mse(sets, _changed(base, values))
 
-    latest = Found(start, mse(start), 1)
+    latest = SearchResult(start, mse(start), 1)
 
     def watch(best: float, values: Mapping[str, float]) -> None:
         nonlocal latest
-        latest = Found(dict(values), best, latest.evaluations + 1)
+        latest = SearchResult(dict(values), best, latest.evaluations + 1)
         progress(best, values)
 
     interrupted = False

@@ -12,7 +12,7 @@ from ..batch import run_filter
 from ..filters.base import Filter, Parameter, filter_named
 from .findings import error_moduli, warnings_for
 from .objective import Objective, TuningSet
-from .search import Figure, Progress, search, tunable, unwatched
+from .search import Figure, Progress, no_progress, search, tunable
 
 FORGET_WITHIN = 60.0
 """Time within which a tilt error must shrink to 1/e [s]: a recording that begins with the right
@@ -58,7 +58,7 @@ class TuningTask:
     """Whether filters of many parameters are searched globally, too."""
 
 
-def tune_filter(task: TuningTask, name: str, progress: Progress = unwatched) -> TunedFilter:
+def tune_filter(task: TuningTask, name: str, progress: Progress = no_progress) -> TunedFilter:
     """Find the parameters with which a filter does best on the training recordings.
 
     Args:

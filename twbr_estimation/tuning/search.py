@@ -17,7 +17,7 @@ Progress = Callable[[float, Mapping[str, float]], None]
 """Called after every evaluation with the best figure so far and its values; may raise to stop."""
 
 
-def unwatched(best: float, values: Mapping[str, float]) -> None:
+def no_progress(best: float, values: Mapping[str, float]) -> None:
     """Take no notice of the progress of a search."""
 
 
@@ -32,7 +32,7 @@ _FEW_STEPS = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class SearchResult:
     """The best parameters met in a search."""
 
     values: dict[str, float]
@@ -100,9 +100,9 @@ def search(
     figure: Figure,
     starts: Sequence[Mapping[str, float]] = (),
     seed: int = 0,
-    progress: Progress = unwatched,
+    progress: Progress = no_progress,
     thorough: bool = False,
-) -> Found:
+) -> SearchResult:
     """Find the values that make `figure` smallest.
 
     Differential evolution covers the bounds against local minima; Nelder-Mead, the method
@@ -129,7 +129,7 @@ def search(
         _search_everywhere(run, starts, seed)
     elif run.best[1]:
         _refine(run, run.best[1], _FEW_STEPS)
-    return Found(run.best[1], run.best[0], run.evaluations)
+    return SearchResult(run.best[1], run.best[0], run.evaluations)
 
 
 def _search_everywhere(run: _Search, starts: Sequence[Mapping[str, float]], seed: int) -> None:

@@ -22,7 +22,7 @@ from ..filters import filter_named, listed_filters
 from ..recording import Recording
 from ..robot import CorrectionSettings
 from ..samples import READINGS
-from ..scoring.errors import Options
+from ..scoring.errors import ScoringOptions
 from .correction import TunedCorrection, tune_correction
 from .filter import TunedFilter, TuningTask
 from .findings import saturation_warnings
@@ -57,7 +57,7 @@ class TuningRequest:
     preset: str | None = None
     config: Path | None = None
     topics: TopicNames = field(default_factory=TopicNames)
-    options: Options = field(default_factory=Options)
+    options: ScoringOptions = field(default_factory=ScoringOptions)
     seed: int = 0
     thorough: bool = False
     """Whether filters of many parameters are searched globally, too."""

@@ -154,7 +154,7 @@ def _drain(reports: Any, report: Report) -> None:
             return
 
 
-class _Here:
+class _WorkerState:
     """What a worker process holds: one a process, set up when it begins."""
 
     task: TuningTask
@@ -164,15 +164,15 @@ class _Here:
 
 def _begin(task: TuningTask, reports: Any, stop: Any) -> None:
     reports.cancel_join_thread()  # what nobody reads any more must not keep the process
-    _Here.task, _Here.reports, _Here.stop = task, reports, stop
+    _WorkerState.task, _WorkerState.reports, _WorkerState.stop = task, reports, stop
 
 
 def _unit(name: str) -> TunedFilter:
-    improvements = Improvements(name, lambda *report: _Here.reports.put(report))
+    improvements = Improvements(name, lambda *report: _WorkerState.reports.put(report))
 
     def watch(figure: float, values: Mapping[str, float]) -> None:
         improvements(figure, values)
-        if _Here.stop.is_set():
+        if _WorkerState.stop.is_set():
             raise WorkerError(f"{name}: told to stop")
 
-    return tune_filter(_Here.task, name, watch)
+    return tune_filter(_WorkerState.task, name, watch)

@@ -9,7 +9,7 @@ import pytest
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.simulation import simulate
-from twbr_estimation.simulation.cramer_rao.recursion import Slopes, bounds_of
+from twbr_estimation.simulation.cramer_rao.recursion import Jacobians, cramer_rao_of
 from twbr_estimation.simulation.cramer_rao.rig import bound
 from twbr_estimation.simulation.worlds import world_named
 
@@ -17,7 +17,7 @@ STEPS, STATES = 25, 3
 
 
 @pytest.fixture(scope="module")
-def system() -> tuple[np.ndarray, list[Slopes]]:
+def system() -> tuple[np.ndarray, list[Jacobians]]:
     """A linear system that changes with time, and what is known of its start."""
     random = np.random.default_rng(11)
     half = random.standard_normal((STATES, STATES))
@@ -26,7 +26,7 @@ def system() -> tuple[np.ndarray, list[Slopes]]:
         f = np.eye(STATES) + 0.3 * random.standard_normal((STATES, STATES))
         noise = random.standard_normal((STATES, STATES))
         h = random.standard_normal((2, STATES))
-        steps.append(Slopes(f, 0.1 * noise @ noise.T, h, random.uniform(0.5, 2.0, 2)))
+        steps.append(Jacobians(f, 0.1 * noise @ noise.T, h, random.uniform(0.5, 2.0, 2)))
     return half @ half.T + np.eye(STATES), steps
 
 
@@ -38,7 +38,7 @@ def test_a_linear_system_s_bound_is_the_kalman_covariance(system):
         gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + np.diag(r))
         p = p - gain @ h @ p
         expected.append(p[1, 1])
-    assert bounds_of(first, steps, 1).causal == pytest.approx(np.array(expected), rel=1e-9)
+    assert cramer_rao_of(first, steps, 1).causal == pytest.approx(np.array(expected), rel=1e-9)
 
 
 def test_it_is_tichavsky_s_recursion(system):
@@ -50,7 +50,7 @@ def test_it_is_tichavsky_s_recursion(system):
         d22 = inverse + h.T @ np.diag(1.0 / r) @ h
         j = d22 - d12.T @ np.linalg.inv(j + d11) @ d12
         expected.append(np.linalg.inv(j)[0, 0])
-    assert bounds_of(first, steps).causal == pytest.approx(np.array(expected), rel=1e-7)
+    assert cramer_rao_of(first, steps).causal == pytest.approx(np.array(expected), rel=1e-7)
 
 
 def test_hindsight_is_the_inverse_information_of_all_states(system):
@@ -66,13 +66,13 @@ def test_hindsight_is_the_inverse_information_of_all_states(system):
         here = slice((k + 1) * STATES, (k + 2) * STATES)
         j[here, here] += h.T @ np.diag(1.0 / r) @ h
     expected = np.diagonal(np.linalg.inv(j)).reshape(STEPS + 1, STATES)[1:, 2]
-    assert bounds_of(first, steps, 2).hindsight == pytest.approx(expected, rel=1e-7)
+    assert cramer_rao_of(first, steps, 2).hindsight == pytest.approx(expected, rel=1e-7)
 
 
 def test_no_slip_of_the_mathematics_lets_a_known_state_be_learnt():
     """A constant without variance stays known, whatever is measured."""
-    step = Slopes(np.eye(2), np.zeros((2, 2)), np.array([[1.0, 1.0]]), np.array([1.0]))
-    found = bounds_of(np.diag([1.0, 0.0]), [step] * 9)
+    step = Jacobians(np.eye(2), np.zeros((2, 2)), np.array([[1.0, 1.0]]), np.array([1.0]))
+    found = cramer_rao_of(np.diag([1.0, 0.0]), [step] * 9)
     assert found.causal == pytest.approx(1.0 / (1.0 + np.arange(1.0, 10.0)))
     assert found.hindsight == pytest.approx(np.full(9, 0.1))
 

@@ -8,11 +8,11 @@ import time
 
 import pytest
 
-from twbr_estimation.streams.replay.pacing import Pace, Window
+from twbr_estimation.streams.replay.pacing import FlowWindow, Pace
 from twbr_estimation.streams.replay.player import (
     HeaderClocks,
+    PlayedPart,
     Player,
-    Stretch,
     shifted,
     stamp_of,
 )
@@ -65,7 +65,7 @@ class Collector:
         return 100 * SECOND
 
 
-def play(player: Player, window: Window | None = None) -> None:
+def play(player: Player, window: FlowWindow | None = None) -> None:
     player.play(("a", "b"), window)
 
 
@@ -86,7 +86,7 @@ def test_the_rate_sets_the_time_it_takes() -> None:
 
 def test_a_stretch_and_new_stamps() -> None:
     tape, sink = Tape(100), Collector()
-    stretch = Stretch(start=0.02, duration=0.03, restamp=True)
+    stretch = PlayedPart(start=0.02, duration=0.03, restamp=True)
     play(Player(tape, sink, Pace(0.0), stretch=stretch))
     assert sink.stamps == [100 * SECOND + 1_000_000 * k for k in range(30)]
     assert sink.clock == [100 * SECOND + 10_000_000 * k for k in range(3)]
@@ -94,7 +94,7 @@ def test_a_stretch_and_new_stamps() -> None:
 
 def test_no_more_is_under_way_than_the_window_allows() -> None:
     tape, sink = Tape(400), Collector()
-    window = Window(4, ["one", "two"])
+    window = FlowWindow(4, ["one", "two"])
     player = Player(tape, sink, Pace(0.0))
     most = 0
     thread = threading.Thread(target=play, args=(player, window))
@@ -120,12 +120,12 @@ def test_a_consumer_that_falls_silent_is_not_waited_for_for_ever(
     monkeypatch.setattr("twbr_estimation.streams.replay.player.DRAIN_LIMIT", 0.01)
     sink = Collector()
     player = Player(Tape(20), sink, Pace(0.0))
-    play(player, Window(5, ["dead"]))
+    play(player, FlowWindow(5, ["dead"]))
     assert len(sink.stamps) == 20 and player.stalls == 1
 
 
-@pytest.mark.parametrize("window", [None, Window(1, ["dead"])])
-def test_stop_ends_it_at_once(window: Window | None) -> None:
+@pytest.mark.parametrize("window", [None, FlowWindow(1, ["dead"])])
+def test_stop_ends_it_at_once(window: FlowWindow | None) -> None:
     player = Player(Tape(1000), Collector(), Pace(0.001 if window is None else 0.0))
     thread = threading.Thread(target=play, args=(player, window))
     thread.start()
@@ -167,7 +167,7 @@ class DeviceTape(Tape):
 
 def test_stamps_of_another_clock_begin_now_too() -> None:
     tape, sink = DeviceTape(50, start=10**9 * SECOND), Collector()
-    player = Player(tape, sink, Pace(0.0), Stretch(restamp=True))
+    player = Player(tape, sink, Pace(0.0), PlayedPart(restamp=True))
     play(player)
     assert sink.stamps == [100 * SECOND + 1_000_000 * index for index in range(50)]
     assert sink.clock[0] == 100 * SECOND

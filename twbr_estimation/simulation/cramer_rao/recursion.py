@@ -19,7 +19,7 @@ import numpy as np
 from ...recording import FloatArray
 
 
-class Slopes(NamedTuple):
+class Jacobians(NamedTuple):
     """One step of a system of s states, measured m times."""
 
     f: FloatArray
@@ -32,7 +32,7 @@ class Slopes(NamedTuple):
     """Variances of the measurements, (m,)."""
 
 
-class Bounds(NamedTuple):
+class CramerRao(NamedTuple):
     """Smallest variance of one state, by step, n steps."""
 
     causal: FloatArray
@@ -41,7 +41,7 @@ class Bounds(NamedTuple):
     """From all measurements, (n,)."""
 
 
-def bounds_of(first: FloatArray, steps: Iterable[Slopes], state: int = 0) -> Bounds:
+def cramer_rao_of(first: FloatArray, steps: Iterable[Jacobians], state: int = 0) -> CramerRao:
     """Return the bounds of one state.
 
     Args:
@@ -62,7 +62,7 @@ def bounds_of(first: FloatArray, steps: Iterable[Slopes], state: int = 0) -> Bou
         share, prior, _ = kept[k]
         later = kept[k - 1][2] + share @ (later - prior) @ share.T
         hindsight[k - 1] = later[state, state]
-    return Bounds(causal, hindsight)
+    return CramerRao(causal, hindsight)
 
 
 def _measured(p: FloatArray, h: FloatArray, r: FloatArray) -> FloatArray:

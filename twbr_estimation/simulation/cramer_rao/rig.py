@@ -31,7 +31,7 @@ from ..disturbances import (
 from ..planar_sensing import RESIDUAL_RMS
 from ..rig import BUMP_LEVEL, VIBRATION_LEVEL
 from ..simulate import WHEEL_COUNTS, Simulated
-from .recursion import Bounds, Slopes, bounds_of
+from .recursion import CramerRao, Jacobians, cramer_rao_of
 
 TILT, VELOCITY, DISTANCE, GYRO_BIAS, GYRO_GAIN, EXCESS = range(6)
 RISE, LIFT, BUMP = 6, 7, 8
@@ -47,7 +47,7 @@ SMOOTHING = 0.02
 """Time over which the axle's speed is taken from its encoder, for levels only [s]."""
 
 
-def bound(simulated: Simulated) -> Bounds:
+def bound(simulated: Simulated) -> CramerRao:
     """Return the bounds of the tilt [rad^2], one a sample from the second on.
 
     Args:
@@ -56,7 +56,7 @@ def bound(simulated: Simulated) -> Bounds:
     Raises:
         ConfigurationError: another recording.
     """
-    return bounds_of(_first(simulated), _steps(simulated), TILT)
+    return cramer_rao_of(_first(simulated), _steps(simulated), TILT)
 
 
 def _first(simulated: Simulated) -> FloatArray:
@@ -84,7 +84,7 @@ def _first(simulated: Simulated) -> FloatArray:
     return first
 
 
-def _steps(simulated: Simulated) -> Iterator[Slopes]:
+def _steps(simulated: Simulated) -> Iterator[Jacobians]:
     recording, world, setup = simulated.recording, simulated.world, simulated.setup
     truth = recording.truth
     if truth is None or truth.rate is None or recording.wheels is None or world.track_width > 0.0:
@@ -115,7 +115,7 @@ def _steps(simulated: Simulated) -> Iterator[Slopes]:
         noise = arm * sine * math.radians(world.gyro_noise_deg)
         r = np.array([count * count / 12.0, RISE_NOISE**2 + noise * noise])
         seen = 1 if saturated else 2
-        yield Slopes(f, q, h[:seen], r[:seen])
+        yield Jacobians(f, q, h[:seen], r[:seen])
 
 
 def _speed(travel: FloatArray, dt: float) -> FloatArray:

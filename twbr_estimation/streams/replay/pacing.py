@@ -63,7 +63,7 @@ class Pace:
         return self._now + (recorded - self._recorded) * 1e-9 / self._rate - now
 
 
-class Window:
+class FlowWindow:
     """Limits how many messages of a topic are under way to consumers that report how far they are.
 
     A consumer reports stamps; a message is through when every consumer has reached its stamp.

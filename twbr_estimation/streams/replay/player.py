@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Protocol
 
-from .pacing import Pace, Window
+from .pacing import FlowWindow, Pace
 
 CLOCK_PERIOD = 10_000_000
 """Recorded time between two clock messages [ns]."""
@@ -26,7 +26,7 @@ _STAMP = 4
 """Offset of the stamp in a serialised message that begins with a header."""
 
 
-class Source(Protocol):
+class MessageSource(Protocol):
     """Messages in the order of their recorded times."""
 
     def __len__(self) -> int:
@@ -67,7 +67,7 @@ class Sink(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class PlayedPart:
     """Which part of a recording is played, and how its stamps are treated."""
 
     start: float = 0.0
@@ -118,10 +118,10 @@ class Player:
 
     def __init__(
         self,
-        source: Source,
+        source: MessageSource,
         sink: Sink,
         pace: Pace,
-        stretch: Stretch | None = None,
+        stretch: PlayedPart | None = None,
     ) -> None:
         """Prepare to play.
 
@@ -132,8 +132,8 @@ class Player:
             stretch: which part; all by default.
         """
         self._source, self._sink, self._pace = source, sink, pace
-        self._window: Window | None = None
-        self._stretch = stretch or Stretch()
+        self._window: FlowWindow | None = None
+        self._stretch = stretch or PlayedPart()
         self._woken = threading.Condition()
         self._stopped = False
         self.loop = False
@@ -151,7 +151,7 @@ class Player:
         return self._pace.paused
 
     def play(
-        self, stamped: Collection[str], window: Window | None = None, flush_every: int = 100
+        self, stamped: Collection[str], window: FlowWindow | None = None, flush_every: int = 100
     ) -> None:
         """Play until the end, or until `stop`.
 

@@ -13,7 +13,7 @@ from ...robot import Robot
 from ...samples import SINGLE_WHEEL_JOINT
 from ...sensors.motion import ImuMotion
 from ...simulation.disturbances import STEP
-from ...simulation.robot import Reading, SimulatedRobot
+from ...simulation.robot import SensorReading, SimulatedRobot
 from .settings import CommandUnit, Disturbance, Physics, SimulatorSettings
 
 STOPPED = (0.0, 0.0)
@@ -82,7 +82,7 @@ class Simulator:
         return self.robot.stamp + self._shift
 
     @property
-    def latest(self) -> Reading:
+    def latest(self) -> SensorReading:
         """The latest reading."""
         return self._readings[-1]
 
@@ -145,7 +145,7 @@ class Simulator:
         """Switch the motors off until the next command."""
         self._command, self._timed_out = STOPPED, True
 
-    def advance_to(self, now: int) -> list[Reading]:
+    def advance_to(self, now: int) -> list[SensorReading]:
         """Follow real time up to `now` [ns]; return the readings that fell due."""
         behind = (now - self.stamp) * 1e-9
         if behind > LARGEST_LAG:
@@ -155,7 +155,7 @@ class Simulator:
         periods = math.floor(behind / self.settings.imu_period + 1e-6)
         return self.advance(periods) if periods > 0 else []
 
-    def advance(self, periods: int) -> list[Reading]:
+    def advance(self, periods: int) -> list[SensorReading]:
         """Go on by IMU periods; return a reading for each."""
         found = []
         for _ in range(periods):
@@ -187,10 +187,10 @@ class Simulator:
         left, right = (torque / gain + turning for torque in self._command)
         return left, right
 
-    def _shifted(self, reading: Reading) -> Reading:
+    def _shifted(self, reading: SensorReading) -> SensorReading:
         return reading._replace(stamp=reading.stamp + self._shift)
 
-    def wheels(self, reading: Reading) -> Wheels:
+    def wheels(self, reading: SensorReading) -> Wheels:
         """Return the wheel joints of a new reading; call it once for each, in order."""
         count = len(self.joints)
         angle = reading.wheels
@@ -206,7 +206,7 @@ class Simulator:
         )
         return Wheels(position, velocity, self._efforts(reading)[:count])
 
-    def _efforts(self, reading: Reading) -> tuple[float, ...]:
+    def _efforts(self, reading: SensorReading) -> tuple[float, ...]:
         if self.robot.held:
             return STOPPED
         truth, limit = reading.truth, self.robot.plant.supply_voltage
@@ -216,7 +216,7 @@ class Simulator:
             for each in self._voltages()
         )
 
-    def at(self, seconds: float) -> Reading:
+    def at(self, seconds: float) -> SensorReading:
         """Return the latest reading of that time or before, for sensors with their own clock."""
         stamp = round(seconds * 1e9)
         for reading in reversed(self._readings):
