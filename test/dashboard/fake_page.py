@@ -10,9 +10,9 @@ from typing import Any
 
 from twbr_estimation.dashboard.server import ServerSettings, serve
 from twbr_estimation.dashboard.source import (
-    Geometry,
-    Outcome,
     ParameterInfo,
+    ShownOutcome,
+    ShownRobot,
     Source,
     Status,
     StreamRate,
@@ -50,8 +50,8 @@ class FakeRobot(Source):
             self.telemetry.add_reference(stamp, tilt)
             self.telemetry.add_estimate(ACTIVE, stamp, tilt + 0.01, 0.01**2)
 
-    def geometry(self) -> Geometry:
-        return Geometry()
+    def geometry(self) -> ShownRobot:
+        return ShownRobot()
 
     def words(self) -> tuple[str, str]:
         return f"balancing, filter {self._values['filter']}", "OK"
@@ -74,17 +74,17 @@ class FakeRobot(Source):
             ParameterInfo("kalman.q1", value["kalman.q1"], "noise [rad]", 0.0, 1.0),
         ]
 
-    async def set_parameter(self, node: str, name: str, value: Any) -> Outcome:
+    async def set_parameter(self, node: str, name: str, value: Any) -> ShownOutcome:
         if name == "kalman.q1" and not 0.0 <= value <= 1.0:
-            return Outcome(False, f"{name}: {value} is not within 0 to 1")
+            return ShownOutcome(False, f"{name}: {value} is not within 0 to 1")
         self._values[name] = value
-        return Outcome(True, f"{name} is {value}")
+        return ShownOutcome(True, f"{name} is {value}")
 
     def actions(self) -> Sequence[str]:
         return ("calibrate",)
 
-    async def act(self, action: str) -> Outcome:
-        return Outcome(True, f"{action} done")
+    async def act(self, action: str) -> ShownOutcome:
+        return ShownOutcome(True, f"{action} done")
 
     def drive(self, speed: float, yaw_rate: float) -> None:
         self.commands += 1

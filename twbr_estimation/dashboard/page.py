@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from nicegui import background_tasks, ui
 
 from .panels import ActionPanel, DiagnosticsPanel, FilterPanel, ParameterPanel, PlaybackPanel
-from .source import Geometry, Source
+from .source import ShownRobot, Source
 
 COLORS = {"OK": "positive", "WARN": "warning", "ERROR": "negative", "STALE": "grey"}
 REFRESH = 0.5
@@ -100,7 +100,7 @@ class RobotView:
         values = [str(self._index), *(str(value).lower() for value in arguments)]
         ui.run_javascript(f"twbr.{method}({', '.join(values)})")
 
-    def _scene(self, size: Geometry) -> tuple[ui.scene, str, str, str]:
+    def _scene(self, size: ShownRobot) -> tuple[ui.scene, str, str, str]:
         """Draw the robot; forward is +x, and the camera stands to its right."""
         radius, width, height = size.wheel_radius, size.track_width, size.body_height
         scale = 1.0 / (height + 2.0 * radius)

@@ -9,7 +9,7 @@ import yaml
 from nicegui import events, ui
 
 from ..errors import TwbrError
-from .source import Outcome, ParameterInfo, Source
+from .source import ParameterInfo, ShownOutcome, Source
 
 FILTER_NODE = "filter_node"
 FILTER = "filter"
@@ -27,7 +27,7 @@ FIGURES = [
 ICONS = {"OK": "check_circle", "WARN": "warning", "ERROR": "error", "STALE": "schedule"}
 
 
-def show(outcome: Outcome) -> None:
+def show(outcome: ShownOutcome) -> None:
     """Show the result of a request for some seconds."""
     ui.notify(outcome.text, type="positive" if outcome.done else "negative", timeout=6000)
 
@@ -118,7 +118,7 @@ class ParameterPanel:
         try:
             self._found = list(await self._source.parameters(self._node.value))
         except TwbrError as error:
-            show(Outcome(False, str(error)))
+            show(ShownOutcome(False, str(error)))
             return
         self._fill()
 
@@ -219,7 +219,7 @@ class ParameterPanel:
         try:
             found = await self._source.parameters(FILTER_NODE)
         except TwbrError as error:
-            show(Outcome(False, str(error)))
+            show(ShownOutcome(False, str(error)))
             return
         ui.download(settings_yaml(found).encode(), "filters.yaml")
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..drives.runs import Runs
 from ..recording import FloatArray, StampArray, TiltTrack
-from .source import Geometry, Outcome, ParameterInfo, Source, Status, StreamRate
+from .source import ParameterInfo, ShownOutcome, ShownRobot, Source, Status, StreamRate
 from .telemetry import ACTIVE, REFERENCE, Telemetry
 
 STEP = 0.01
@@ -90,12 +90,12 @@ class RecordedSource(Source):
             angle, lean = float(np.interp(end, *self._wheels)), self.telemetry.pose.tilt
             self.telemetry.pose.wheel = angle + (0.0 if math.isnan(lean) else lean)
 
-    def geometry(self) -> Geometry:
+    def geometry(self) -> ShownRobot:
         """Return the dimensions of the recorded robot."""
         robot = self._robot
         radius = robot.wheel_radius
         height = max(2.0 * abs(robot.body_height), 2.0 * radius)
-        return Geometry(radius, robot.track_width or 4.0 * radius, height)
+        return ShownRobot(radius, robot.track_width or 4.0 * radius, height)
 
     def words(self) -> tuple[str, str]:
         """Return the time of the picture, and WARN where the recording has warnings."""
@@ -120,23 +120,23 @@ class RecordedSource(Source):
         """Return nothing."""
         return ()
 
-    async def set_parameter(self, node: str, name: str, value: Any) -> Outcome:
+    async def set_parameter(self, node: str, name: str, value: Any) -> ShownOutcome:
         """Refuse."""
-        return Outcome(False, "a recording has no parameters to change")
+        return ShownOutcome(False, "a recording has no parameters to change")
 
     def actions(self) -> Sequence[str]:
         """Return what can be done."""
         return ("play", "pause")
 
-    async def act(self, action: str) -> Outcome:
+    async def act(self, action: str) -> ShownOutcome:
         """Play or pause."""
         if action == "play":
             self._play()
         elif action == "pause":
             self._pause()
         else:
-            return Outcome(False, f"{action!r} is not known")
-        return Outcome(True, action)
+            return ShownOutcome(False, f"{action!r} is not known")
+        return ShownOutcome(True, action)
 
     def drive(self, speed: float, yaw_rate: float) -> None:
         """Ignore: it was driven already."""

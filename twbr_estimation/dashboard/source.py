@@ -24,7 +24,7 @@ class ParameterInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ShownOutcome:
     """The result of a request."""
 
     done: bool
@@ -57,7 +57,7 @@ class StreamRate:
 
 
 @dataclass(frozen=True, slots=True)
-class Geometry:
+class ShownRobot:
     """Dimensions of the drawn robot [m]."""
 
     wheel_radius: float = 0.0375
@@ -82,7 +82,7 @@ class Source(Protocol):
     def poll(self) -> None:
         """Pass what has arrived to the telemetry; called about 30 times a second."""
 
-    def geometry(self) -> Geometry:
+    def geometry(self) -> ShownRobot:
         """Return the dimensions to draw."""
 
     def words(self) -> tuple[str, str]:
@@ -100,13 +100,13 @@ class Source(Protocol):
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         """Return the parameters of a node; raises `TwbrError` where it does not answer."""
 
-    async def set_parameter(self, node: str, name: str, value: Any) -> Outcome:
+    async def set_parameter(self, node: str, name: str, value: Any) -> ShownOutcome:
         """Change a parameter."""
 
     def actions(self) -> Sequence[str]:
         """Return the names that `act` takes now."""
 
-    async def act(self, action: str) -> Outcome:
+    async def act(self, action: str) -> ShownOutcome:
         """Do something: a service of a node, or the recorder."""
 
     def drive(self, speed: float, yaw_rate: float) -> None:

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-from ..dashboard.source import Geometry, Outcome, ParameterInfo
+from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot
 from ..errors import TwbrError
 
 TIMEOUT = 3.0
@@ -33,7 +33,7 @@ class Requests:
         self._node, self._space = node, space
         self._parameters: dict[str, AsyncParameterClient] = {}
         self._services: dict[str, Any] = {}
-        self.geometry = Geometry()
+        self.geometry = ShownRobot()
         """Dimensions from the last parameters that held any."""
 
     def nodes(self) -> Sequence[str]:
@@ -70,26 +70,26 @@ class Requests:
         height = max(2.0 * float(values.get("robot.body_height", 0.0)), 2.0 * radius)
         width = float(values.get("robot.track_width", 0.0)) or 4.0 * radius
         if all(math.isfinite(each) and each > 0.0 for each in (radius, height, width)):
-            self.geometry = Geometry(radius, width, height)
+            self.geometry = ShownRobot(radius, width, height)
 
-    async def set_parameter(self, node: str, name: str, value: Any) -> Outcome:
+    async def set_parameter(self, node: str, name: str, value: Any) -> ShownOutcome:
         """Change a parameter; the outcome has the node's reason where it refuses."""
         try:
             request = Parameter(name, value=value)
             client = self._client(node)
             answer = await self._answer(client.set_parameters([request]), node)
         except (TwbrError, ValueError, TypeError) as error:
-            return Outcome(False, f"{name}: {error}")
+            return ShownOutcome(False, f"{name}: {error}")
         (result,) = answer.results
         if not result.successful:
-            return Outcome(False, f"{name}: {result.reason}")
-        return Outcome(True, f"{name} is {value}")
+            return ShownOutcome(False, f"{name}: {result.reason}")
+        return ShownOutcome(True, f"{name} is {value}")
 
     def is_ready(self, kind: Any, service: str) -> bool:
         """Return whether somebody serves a service of this relative name."""
         return bool(self._service(kind, service).service_is_ready())
 
-    async def call(self, kind: Any, service: str, request: Any) -> Outcome:
+    async def call(self, kind: Any, service: str, request: Any) -> ShownOutcome:
         """Call a service with `success` and `message` in its answer.
 
         Raises:
@@ -99,7 +99,7 @@ class Requests:
         if not client.service_is_ready():
             raise RequestError(f"{service}: nobody serves it")
         answer = await self._answer(client.call_async(request), service, 60.0)
-        return Outcome(bool(answer.success), answer.message or service)
+        return ShownOutcome(bool(answer.success), answer.message or service)
 
     def _service(self, kind: Any, service: str) -> Any:
         if service not in self._services:

@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
-from ..dashboard.source import Geometry, Outcome, ParameterInfo, Source, Status, StreamRate
+from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot, Source, Status, StreamRate
 from ..dashboard.telemetry import ACTIVE, Telemetry
 from ..errors import TwbrError
 from ..messages import tilt_of_quaternion
@@ -167,7 +167,7 @@ class GraphRobot(Source):
 
     # What is known
 
-    def geometry(self) -> Geometry:
+    def geometry(self) -> ShownRobot:
         """Return the dimensions of the robot that the nodes are configured for."""
         return self._requests.geometry
 
@@ -218,7 +218,7 @@ class GraphRobot(Source):
         """
         return await self._requests.parameters(node)
 
-    async def set_parameter(self, node: str, name: str, value: Any) -> Outcome:
+    async def set_parameter(self, node: str, name: str, value: Any) -> ShownOutcome:
         """Change a parameter; the outcome has the node's reason where it refuses."""
         return await self._requests.set_parameter(node, name, value)
 
@@ -234,7 +234,7 @@ class GraphRobot(Source):
     def _ready(self, kind: Any, service: str) -> bool:
         return self._requests.is_ready(kind, service)
 
-    async def act(self, action: str) -> Outcome:
+    async def act(self, action: str) -> ShownOutcome:
         """Call a service, or start and stop the recorder."""
         try:
             if action in TRIGGERS:
@@ -245,14 +245,14 @@ class GraphRobot(Source):
             if action in ("push back", "push forward"):
                 return await self._push(PUSH if action == "push forward" else -PUSH)
             if action == "record":
-                return Outcome(True, f"recording into {await self._recorder.start()}")
+                return ShownOutcome(True, f"recording into {await self._recorder.start()}")
             if action == "stop recording":
-                return Outcome(True, self._recorder.stop())
+                return ShownOutcome(True, self._recorder.stop())
         except (TwbrError, OSError) as error:
-            return Outcome(False, str(error))
-        return Outcome(False, f"{action!r} is not known")
+            return ShownOutcome(False, str(error))
+        return ShownOutcome(False, f"{action!r} is not known")
 
-    async def _push(self, force: float) -> Outcome:
+    async def _push(self, force: float) -> ShownOutcome:
         outcome = await self._requests.set_parameter("simulator_node", "push_force", force)
         if not outcome.done:
             return outcome
