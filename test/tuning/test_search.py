@@ -7,7 +7,7 @@ import pytest
 
 from twbr_estimation.filters.base import Parameter
 from twbr_estimation.parameters.bounds import Bounds
-from twbr_estimation.tuning.search import Axis, search
+from twbr_estimation.tuning.search import SearchAxis, search
 
 WIDE = {
     "gain": Parameter("gain", 0.1, Bounds(-5.0, 5.0, "1", "signed")),
@@ -72,7 +72,7 @@ def test_progress_hears_of_every_evaluation_and_may_stop() -> None:
 
 @pytest.mark.parametrize("parameter", WIDE.values(), ids=WIDE)
 def test_an_axis_returns_what_it_was_given_and_stays_within_bounds(parameter: Parameter) -> None:
-    axis = Axis(parameter)
+    axis = SearchAxis(parameter)
     for value in (parameter.default, 0.7 * parameter.bounds.maximum):
         assert axis.value(axis.scaled(value)) == pytest.approx(value)
     assert axis.value(axis.high + 1.0) == parameter.bounds.maximum

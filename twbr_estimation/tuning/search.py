@@ -40,7 +40,7 @@ class SearchResult:
     evaluations: int
 
 
-class Axis:
+class SearchAxis:
     """One parameter on the scale that is searched: logarithm, or asinh for signed gains."""
 
     def __init__(self, parameter: Parameter) -> None:
@@ -69,7 +69,7 @@ class Axis:
 class _Search:
     """Counts evaluations and remembers the best."""
 
-    def __init__(self, axes: Mapping[str, Axis], figure: Figure, progress: Progress) -> None:
+    def __init__(self, axes: Mapping[str, SearchAxis], figure: Figure, progress: Progress) -> None:
         self.axes, self._figure, self._progress = axes, figure, progress
         self.best: tuple[float, dict[str, float]] = (math.inf, {})
         self.evaluations = 0
@@ -120,7 +120,7 @@ def search(
     Returns:
         The best values met.
     """
-    run = _Search({name: Axis(each) for name, each in parameters.items()}, figure, progress)
+    run = _Search({name: SearchAxis(each) for name, each in parameters.items()}, figure, progress)
     for start in starts:
         run.at(dict(start))
     if not starts:
@@ -172,7 +172,7 @@ def _refine(run: _Search, start: Mapping[str, float], steps: int) -> None:
     )
 
 
-def _simplex(places: FloatArray, axes: Sequence[Axis]) -> FloatArray:
+def _simplex(places: FloatArray, axes: Sequence[SearchAxis]) -> FloatArray:
     """Return a first simplex with steps of a tenth of each scale, turned inward at bounds."""
     corners = np.tile(places, (places.size + 1, 1))
     for index, axis in enumerate(axes):
