@@ -3,6 +3,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -53,3 +54,56 @@ def test_without_a_place_for_the_cache_it_compiles_all_the_same() -> None:
     space: dict[str, Any] = {}
     exec("def twice(x):\n    return 2.0 * x\ndef run(x):\n    return twice(x)\n", space)  # no file
     assert compiled(space["run"], "0", space["twice"])(3.0) == 6.0
+
+
+CACHED = """
+import sys
+from twbr_estimation.compilation import compiled
+def twice(x):
+    return 2.0 * x
+def run(x):
+    return twice(x)
+loop = compiled(run, "7", twice)
+print(loop(3.0), sum(loop.stats.cache_hits.values()))
+"""
+
+
+def damages(files: list[Path]) -> dict[str, Callable[[Path], object]]:
+    def flip(path: Path) -> None:
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 16
+        path.write_bytes(content)
+
+    def folder(path: Path) -> None:
+        path.unlink()
+        path.mkdir()
+
+    other = {path: next(each for each in files if each != path) for path in files}
+    return {
+        "flip": flip,
+        "truncate": lambda path: path.write_bytes(path.read_bytes()[:-7]),
+        "empty": lambda path: path.write_bytes(b""),
+        "zeros": lambda path: path.write_bytes(bytes(500)),
+        "other": lambda path: path.write_bytes(other[path].read_bytes()),
+        "folder": folder,
+    }
+
+
+def test_a_damaged_or_foreign_cache_is_thrown_away(tmp_path: Path) -> None:
+    script = tmp_path / "loop.py"
+    script.write_text(CACHED)
+
+    def printed() -> str:
+        command = [sys.executable, str(script)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    assert printed() == "6.0 0" and printed() == "6.0 1"
+    files = sorted(tmp_path.rglob("*.nb[ci]"))
+    assert {file.suffix for file in files} == {".nbi", ".nbc"}
+    for name, damage in damages(files).items():
+        for path in files:
+            damage(path)
+            assert printed() == "6.0 0", (name, path.suffix)
+    assert printed() == "6.0 1"

@@ -7,6 +7,9 @@ new entry in place of the old one.
 from __future__ import annotations
 
 import hashlib
+import os
+import pickle
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -33,8 +36,10 @@ with _without("coverage", "scipy.linalg.cython_blas"):
     import numba
     import numba.np.arraymath
     from llvmlite.binding import get_host_cpu_name
+    from numba.core.caching import IndexDataCacheFile
     from numba.extending import overload
 
+_DIGEST_SIZE = 32
 NOT_COMPILABLE = (numba.core.errors.NumbaError,)
 """What a loop raises at its first call where the functions in it cannot be compiled."""
 
@@ -69,9 +74,86 @@ def compiled(
         loop = numba.njit(cache=True, nogil=True, error_model="numpy")(run)
     except RuntimeError:  # neither the package's folder nor the user's cache can be written
         return numba.njit(error_model="numpy")(run)
+    cache = getattr(loop, "_cache")  # noqa: B009  (numba's type leaves it out)
+    cache._cache_file = _CheckedFiles.like(cache._cache_file)
     if folder := loop.stats.cache_path:
         _delete_others(Path(folder), _file_prefix(run, name), version)
     return loop
+
+
+_Files: Any = IndexDataCacheFile  # its methods have no types
+
+
+class _CheckedFiles(_Files):  # type: ignore[misc]
+    """Files of the cache that end in a digest of their name and content.
+
+    Machine code with a wrong bit runs, and gives wrong figures or none. What is damaged, or comes
+    from elsewhere, is thrown away; the loop is then compiled anew.
+    """
+
+    @classmethod
+    def like(cls, files: Any) -> _CheckedFiles:
+        """Return such files in place of those that numba made for a loop."""
+        base = files._index_name.removesuffix(".nbi")
+        return cls(files._cache_path, base, files._source_stamp)
+
+    def load(self, key: Any) -> Any:
+        """Return a compiled loop; None where there is none that is sound."""
+        try:
+            return super().load(key)
+        except Exception:  # of a foreign pickle anything may be raised
+            self._throw_away()
+            return None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep a compiled loop; without room for it, it serves from memory."""
+        try:
+            super().save(key, data)
+        except Exception:
+            self._throw_away()
+            with suppress(Exception):
+                super().save(key, data)
+
+    def _throw_away(self) -> None:
+        folder, base = Path(self._cache_path), self._index_name.removesuffix(".nbi")
+        with suppress(OSError):
+            for path in folder.iterdir():
+                if path.name.startswith(f"{base}.") and path.suffix in (".nbi", ".nbc"):
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+    def _load_index(self) -> dict[Any, str]:
+        path = Path(self._index_path)
+        if not os.path.lexists(path):
+            return {}
+        version, stamp, overloads = pickle.loads(_checked(path))
+        fresh = version == self._version and stamp == self._source_stamp
+        return overloads if fresh else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> Any:
+        return pickle.loads(_checked(Path(self._data_path(name))))
+
+    def _save_data(self, name: str, data: Any) -> None:
+        self._write(self._data_path(name), data)
+
+    def _write(self, path: str, content: Any) -> None:
+        body = self._dump(content)
+        with self._open_for_write(path) as file:
+            file.write(body + _digest(Path(path).name, body))
+
+
+def _checked(path: Path) -> bytes:
+    content = path.read_bytes()
+    body, digest = content[:-_DIGEST_SIZE], content[-_DIGEST_SIZE:]
+    if digest != _digest(path.name, body):
+        raise ValueError(f"{path}: not what was written there")
+    return body
+
+
+def _digest(name: str, body: bytes) -> bytes:
+    return hashlib.sha256(name.encode() + b"\0" + body).digest()
 
 
 def is_ready(loop: Any) -> bool:

@@ -54,6 +54,8 @@ def unpack(path: Path, head: bytes, target: Path, allowance: Allowance) -> None:
             while piece := reader.read(_PIECE):
                 allowance.take(len(piece))
                 plain.write(piece)
+        if not target.stat().st_size:
+            raise EOFError("it ends before its first content")
     except _DAMAGE as error:
         raise RecordingError(f"{path}: cannot be decompressed: {error}") from error
     except OSError as error:
