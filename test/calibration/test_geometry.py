@@ -143,7 +143,7 @@ def test_a_gyro_of_another_sign_or_unit_is_no_scale_error(factor) -> None:
 
 
 def test_a_smoothed_reference_gives_lengths_but_not_the_gyro_s_scale() -> None:
-    simulated = simulate("W2", 0.004, 40.0, 1)
+    simulated = simulate("W2", 0.004, 60.0, 1)
     bare = replace(simulated.recording, reference=None, truth=None)
     drive = Drive(bare, simulated.setup)
     with_reference = drive.with_reference(drive.smoothed().as_track()).recording
