@@ -38,7 +38,7 @@ format: venv
 	$(BIN)/ruff format .
 
 bench: venv
-	@for file in $(sort $(wildcard bench/bench_*.py)); do $(BIN)/python $$file || exit 1; done
+	@$(BIN)/python tools/run_benches.py
 
 docs: venv
 	$(BIN)/mkdocs build --strict

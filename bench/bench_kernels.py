@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import ctypes
 import shutil
 import subprocess
@@ -20,7 +21,6 @@ from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample
 
 SAMPLES = 2_000_000
-ROUNDS = 15
 PEERS = {
     "complementary": ("time_constant",),
     "alpha_beta_wb": ("alpha", "beta"),
@@ -45,10 +45,12 @@ def corrected_noise() -> CorrectedTrack:
     return CorrectedTrack(np.arange(SAMPLES, dtype=np.int64) * 2_000_000, columns)
 
 
-def medians(ours: Callable[[], object], peer: Callable[[], object]) -> tuple[float, float]:
+def medians(
+    ours: Callable[[], object], peer: Callable[[], object], rounds: int
+) -> tuple[float, float]:
     """Return the median time of both [s], taken in turns."""
     times: tuple[list[float], list[float]] = ([], [])
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for run, kept in zip((ours, peer), times, strict=True):
             begin = time.perf_counter()
             run()
@@ -57,13 +59,16 @@ def medians(ours: Callable[[], object], peer: Callable[[], object]) -> tuple[flo
 
 
 def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=15)
+    rounds = parser.parse_args().rounds
     if shutil.which("gcc") is None:
         print("filter kernels: no gcc here, so there is no peer to compare with")
         return 0
     track = corrected_noise()
     columns = [np.ascontiguousarray(track.field(name)) for name in ("dt", "angle", "gyro_y")]
     pointers = [column.ctypes.data_as(ctypes.c_void_p) for column in columns]
-    print(f"filter kernels, {SAMPLES} samples, median of {ROUNDS}: ns a sample, ratio to C")
+    print(f"filter kernels, {SAMPLES} samples, median of {rounds}: ns a sample, ratio to C")
     with tempfile.TemporaryDirectory() as folder:
         library = compile_peers(folder)
         for name, parameter_names in PEERS.items():
@@ -81,7 +86,7 @@ def main() -> int:
                 return getattr(library, name)(ctypes.c_size_t(SAMPLES), *pointers, given, address)
 
             ours()
-            mine, theirs = medians(ours, peer)
+            mine, theirs = medians(ours, peer, rounds)
             scale = 1e9 / SAMPLES
             print(
                 f"  {name:15s} {mine * scale:6.2f}  C {theirs * scale:6.2f}"

@@ -11,6 +11,7 @@ on other machines, microseconds do not.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from collections.abc import Callable
@@ -30,11 +31,13 @@ from twbr_estimation.simulation import simulate
 WORLDS = (("W1", "one wheel"), ("W1", "no wheel"), ("W4", "two wheels"))
 PERIODS = (0.001, 0.002, 0.005, 0.01, 0.02)
 SAMPLES = 1000
-ROUNDS = 200
 SEED = 701
 REQUIRED = 1.0
 """Microseconds a sample at most, compiled."""
 ENTRY = filter_named("ins_odometer")
+
+Cases = dict[tuple[str, str, float], tuple[CorrectedTrack, Setup]]
+"""Samples and setup by world, wheels and period [s]."""
 
 
 def drive(world: str, wheels: str, period: float) -> tuple[CorrectedTrack, Setup]:
@@ -47,12 +50,12 @@ def drive(world: str, wheels: str, period: float) -> tuple[CorrectedTrack, Setup
     return CorrectedTrack(track.stamps[-SAMPLES:], columns), made.setup
 
 
-def least(runs: dict[Any, Callable[[], object]]) -> dict[Any, float]:
+def least(runs: dict[Any, Callable[[], object]], rounds: int) -> dict[Any, float]:
     """Return the least time of each [s], taken in turns."""
     found = dict.fromkeys(runs, np.inf)
     for run in runs.values():
         run()
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for name, run in runs.items():
             begin = time.perf_counter()
             run()
@@ -60,29 +63,31 @@ def least(runs: dict[Any, Callable[[], object]]) -> dict[Any, float]:
     return found
 
 
-def compiled(cases: dict[tuple[str, str, float], tuple[CorrectedTrack, Setup]]) -> None:
+def compiled(cases: Cases, rounds: int) -> None:
     """Print the time of a compiled sample."""
     runs: dict[Any, Callable[[], object]] = {
         case: partial(run_compiled, ENTRY, ENTRY.configure(), track, setup.robot, None)
         for case, (track, setup) in cases.items()
     }
-    runs["VQF"] = vqf_run(*cases["W1", "one wheel", 0.005])
-    taken = {name: 1e6 * seconds / SAMPLES for name, seconds in least(runs).items()}
-    peer = taken.pop("VQF")
-    print(f"compiled, least of {ROUNDS} runs of {SAMPLES} samples; VQF {peer:.2f} us a sample")
+    try:
+        runs["VQF"] = vqf_run(cases["W1", "one wheel", 0.005][0])
+    except ModuleNotFoundError:
+        print("VQF is not installed (pip install .[peers]): left out")
+    taken = {name: 1e6 * seconds / SAMPLES for name, seconds in least(runs, rounds).items()}
+    peer = taken.pop("VQF", None)
+    print(f"compiled, least of {rounds} runs of {SAMPLES} samples")
+    if peer is not None:
+        print(f"  VQF: {peer:.2f} us")
     for (world, wheels, period), own in taken.items():
         judged = "" if own <= REQUIRED else f"  more than {REQUIRED:g} us"
-        print(
-            f"  {world} {wheels:10} {1e3 * period:2.0f} ms: {own:5.2f} us, "
-            f"{own / peer:.2f} times VQF{judged}"
-        )
+        ratio = "" if peer is None else f", {own / peer:.2f} times VQF"
+        print(f"  {world} {wheels:10} {1e3 * period:2.0f} ms: {own:5.2f} us{ratio}{judged}")
 
 
-def vqf_run(track: CorrectedTrack, setup: Setup) -> Callable[[], object]:
+def vqf_run(track: CorrectedTrack) -> Callable[[], object]:
     """Return a run of VQF's offline filter over the same samples."""
     import vqf
 
-    del setup
     gyro, accel = (
         np.column_stack([track.field(f"{sensor}_{axis}") for axis in "xyz"])
         for sensor in ("gyro", "accel")
@@ -90,11 +95,11 @@ def vqf_run(track: CorrectedTrack, setup: Setup) -> Callable[[], object]:
     return lambda: vqf.offlineVQF(gyro, accel, None, 0.005)
 
 
-def interpreted(cases: dict[tuple[str, str, float], tuple[CorrectedTrack, Setup]]) -> None:
+def interpreted(cases: Cases, rounds: int) -> None:
     """Print the time of a live step: mean and 99th percentile of each sample's least time."""
     random = np.random.default_rng(0)
     f, p = random.normal(size=(2, STATES, STATES))
-    products = 1e6 * least({0: lambda: f @ p @ f.T})[0]
+    products = 1e6 * least({0: lambda: f @ p @ f.T}, rounds)[0]
     print(f"live, least of 20 runs of each sample; F P F' in numpy takes {products:.1f} us")
     for (world, wheels, period), (track, setup) in cases.items():
         steps = 1e6 * live_steps(track, setup)
@@ -120,14 +125,12 @@ def live_steps(track: CorrectedTrack, setup: Setup) -> np.ndarray:
 
 
 def main() -> int:
-    try:
-        import vqf  # noqa: F401
-    except ImportError:
-        print("ins_odometer's cost: VQF is not installed, so there is no peer to compare with")
-        return 0
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=200, help="runs; the fastest counts")
+    rounds = parser.parse_args().rounds
     cases = {(*which, period): drive(*which, period) for which in WORLDS for period in PERIODS}
-    compiled(cases)
-    interpreted(cases)
+    compiled(cases, rounds)
+    interpreted(cases, rounds)
     return 0
 
 

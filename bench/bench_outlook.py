@@ -1,6 +1,6 @@
 """The Kalman filters of the paper's outlook beside the tuned `kalman`, on the simulated rig.
 
-    python bench/bench_outlook.py [SEEDS]
+    python bench/bench_outlook.py [--seeds N]
 
 `kalman` is tuned for each world and period on recordings of its own; the outlook's filters keep
 their defaults. Figures are mean (median) square errors over recordings that no tuning has seen.
@@ -8,7 +8,7 @@ their defaults. Figures are mean (median) square errors over recordings that no 
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Mapping
 from itertools import product
 from typing import NamedTuple
@@ -71,4 +71,6 @@ def main(seeds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=10)
+    main(parser.parse_args().seeds)

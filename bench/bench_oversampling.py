@@ -1,11 +1,11 @@
 """What samples at 1 kHz give a loop of 10 or 20 ms: mean square errors on the simulated rig.
 
-python bench/bench_oversampling.py [SEEDS]
+python bench/bench_oversampling.py [--seeds N]
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 from dataclasses import replace
 
 import numpy as np
@@ -60,4 +60,6 @@ def main(seeds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=10)
+    main(parser.parse_args().seeds)

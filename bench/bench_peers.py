@@ -75,7 +75,7 @@ def scenes(arguments: argparse.Namespace) -> Iterator[Case]:
 def main() -> None:
     """Print the table asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("cases", choices=("real", "worlds", "scenes"))
+    parser.add_argument("cases", nargs="?", choices=("real", "worlds", "scenes"), default="worlds")
     parser.add_argument("data", nargs="?", type=Path, help="folder of the measurements")
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--first", type=int, default=601, help="first seed")

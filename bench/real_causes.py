@@ -25,7 +25,7 @@ from twbr_estimation.calibration.gyro_scale import fit_gyro
 from twbr_estimation.calibration.signals import signals_of
 from twbr_estimation.drives import Drive
 from twbr_estimation.imports.broad import BODY_AXES
-from twbr_estimation.imports.imported import matlab_variables
+from twbr_estimation.imports.matlab import matlab_variables
 from twbr_estimation.recording import FloatArray, Recording
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import STANDARD_GRAVITY

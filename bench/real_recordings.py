@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import vqf
 
 from twbr_estimation.batch import CorrectedTrack, run_filter
 from twbr_estimation.drives import Drive
@@ -101,6 +100,8 @@ def vqf_tilt(corrected: CorrectedTrack, time_constant: float) -> FloatArray:
         for kind in ("gyro", "accel")
     )
     period = float(np.mean(np.diff(corrected.stamps))) * 1e-9
+    import vqf
+
     quaternions = vqf.VQF(period, tauAcc=time_constant).updateBatch(gyro, accel)["quat6D"]
     w, x, y, z = quaternions.T
     return np.asarray(tilt_of_quaternion(x, y, z, w), dtype=np.float64)
