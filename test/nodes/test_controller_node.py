@@ -162,6 +162,8 @@ def test_a_clock_that_stands_still_is_no_silence(graph: Any) -> None:
     node, robot = controller_in(graph), robot_in(graph)
     graph.settle()
     robot.run(0.5)
+    answered = iter(range(10))
+    graph.spin_until(lambda: next(answered, None) is None)  # commands under way come in
     robot.commands.clear()
     rounds = iter(range(50))
     graph.spin_until(lambda: next(rounds, None) is None)  # a second of wall time
