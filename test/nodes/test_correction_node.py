@@ -185,3 +185,31 @@ def test_a_calibration_file_that_cannot_be_used_is_one_clear_error(
     file.write_text("/**: {ros__parameters: {calibration: {gyro_bias: [1.0]}}}")
     with pytest.raises(Exception, match=r"calibration.yaml.*gyro_bias"):
         CorrectionNode(**graph.options(calibration_file=str(file)))
+
+
+def test_a_stamp_of_zero_explains_itself_and_arrival_is_a_way_out(graph: Any, sensors: Any) -> None:
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
+    node = node_in(graph)
+    graph.settle()
+    sensors.imu(0, accel=(0.0, 0.0, 9.81))
+    graph.spin_until(lambda: node._stream.imu_guard.counts["zero_stamp"] == 1)
+    node._diagnostics.update()
+
+    def said() -> str:
+        status = latest_status(diagnostics, "correction_node")
+        return status.message if status else ""
+
+    graph.spin_until(lambda: "stamps: arrival" in said())
+
+
+def test_stamps_by_arrival_need_none_of_the_sender(graph: Any, sensors: Any) -> None:
+    node_in(graph, stamps="arrival")
+    received = graph.collect(Imu, "imu/data_corrected")
+    graph.settle()
+    before = graph.probe.get_clock().now().nanoseconds
+    for _ in range(20):
+        sensors.imu(0, accel=(0.0, 0.0, 9.81))
+        graph.executor.spin_once(timeout_sec=0.0)
+    graph.spin_until(lambda: len(received) >= 10)
+    stamps = [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec for each in received]
+    assert before < stamps[0] and stamps == sorted(set(stamps))

@@ -15,13 +15,13 @@ from twbr_estimation.streams.messages import (
     GYRO,
     ImuEncoder,
     JointStateEncoder,
-    WheelDecoder,
     decode_imu,
     decode_motor_command,
     decode_raw_imu,
     encode_float64,
     encode_float64s,
 )
+from twbr_estimation.streams.wheels import WheelDecoder
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 IMU, JOINTS = "sensor_msgs/msg/Imu", "sensor_msgs/msg/JointState"
@@ -88,7 +88,7 @@ def test_wheels_are_found_among_other_joints_in_changing_layouts() -> None:
         assert both == (STAMP, 1.5, 1.0, 2.0)
         assert decoder.decode(joints(["arm"], [9.0], frame)) is None
         assert decoder.decode(joints(["left"], [3.0], frame)) == (STAMP, 3.0, 0.0, 1.0)
-        assert decoder.decode(joints(["left"], [], frame)) is None
+        assert decoder.decode(joints(["arm"], [], frame)) is None
         single = joints(["wheel_joint", "arm"], [4.0, 9.0], frame)
         assert decoder.decode(single) == (STAMP, 4.0, 0.0, 1.0)
 

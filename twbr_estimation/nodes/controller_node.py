@@ -10,6 +10,7 @@ is stuck. The controller, its parameters and the robot change between two steps.
 
 from __future__ import annotations
 
+import math
 import time
 from threading import Thread
 from typing import Any
@@ -28,7 +29,16 @@ from ..streams.control.balance import NO_VOLTAGE, Standing
 from ..streams.control.deadline import Deadline
 from ..streams.control.motors import UNINTERRUPTED, ControlConfiguration, ControlStream
 from ..streams.corrected import has_angle, is_default
-from ..streams.messages import GYRO, WheelDecoder, decode_float64, decode_imu, encode_float64s
+from ..streams.messages import (
+    GYRO,
+    ORIENTATION,
+    ORIENTATION_COVARIANCE,
+    decode_float64,
+    decode_imu,
+    encode_float64s,
+)
+from ..streams.physical import NOT_FINITE
+from ..streams.wheels import WheelDecoder
 from .controller_parameters import (
     TiltSource,
     declare_controller_inputs,
@@ -60,7 +70,10 @@ class ControllerNode(DeviceNode):
         self._inputs = declare_controller_inputs(self)
         self._chosen = declare_controller_parameters(self, self._configure)
         self._stream = ControlStream(self._chosen.current)
-        self._wheels = WheelDecoder(self._inputs.left_wheel_joint, self._inputs.right_wheel_joint)
+        given = self._inputs
+        self._wheels = WheelDecoder(
+            given.left_wheel_joint, given.right_wheel_joint, given.wheel_gear_ratio, given.stamps
+        )
         self._arrival = 0
         self._arrived = time.monotonic()
         self._deadline = Deadline(self._longest_silence)
@@ -140,6 +153,9 @@ class ControllerNode(DeviceNode):
         except MessageError:
             self._unreadable += 1
             return
+        if not math.isfinite(sum(values[ORIENTATION:ORIENTATION_COVARIANCE])):
+            self._stream.guard.skip(NOT_FINITE)
+            return
         self._oriented = self._oriented or (has_angle(values) and not is_default(values))
         if not (self._oriented and has_angle(values)):
             self._without_angle += 1
@@ -166,7 +182,7 @@ class ControllerNode(DeviceNode):
 
     def _on_joints(self, data: bytes) -> None:
         try:
-            reading = self._wheels.decode(data)
+            reading = self._wheels.decode(data, self._clock_now())
         except MessageError:
             self._unreadable += 1
             return
@@ -233,7 +249,8 @@ class ControllerNode(DeviceNode):
             }
         if not self.is_active:
             return Report(Level.STALE, self.failure or "inactive", values)
-        if problem := self._wrong_twist() or self._raw_imu():
+        wheels = self._wheels.stamping.problem
+        if problem := self._wrong_twist() or self._raw_imu() or wheels:
             return Report(Level.WARN, problem, values)
         if not stream.cut_because:
             return Report(Level.OK, f"balancing with {balance.settings.controller}", values)

@@ -16,6 +16,7 @@ from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Robot
 from ..streams.control.balance import BalanceConfiguration, BalanceSettings
 from ..streams.control.motors import ControlConfiguration, ControlSettings
+from ..streams.device.stamping import Stamps
 from .declarations import (
     declarations_of,
     declared_values_from,
@@ -72,6 +73,25 @@ class ControllerInputs:
     right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
         "right_wheel_joint"
     )
+    stamps: Annotated[
+        Stamps,
+        Meaning(
+            "Clock that stamps `joint_states`: `header`, the sender's, must be set to that of this "
+            "computer; `arrival`, the time at which a message comes; `device`, the sender's own "
+            "clock, such as the time since it was switched on, related to ours. See "
+            "docs/microcontroller.md."
+        ),
+    ] = Stamps.HEADER
+    wheel_gear_ratio: Annotated[
+        float,
+        Bounds(
+            0.001,
+            1000.0,
+            "",
+            "Turns of the joints to one turn of the wheels: that of the gear where "
+            "`joint_states` counts turns of the motors",
+        ),
+    ] = 1.0
     prepare_all: Annotated[
         bool,
         Meaning(

@@ -16,7 +16,9 @@ from ..robot import Setup
 from ..samples import CorrectedSample, Sample
 from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream, StampedSamples
-from ..streams.messages import ImuEncoder, WheelDecoder, decode_raw_imu
+from ..streams.device.stamping import Stamping
+from ..streams.messages import ImuEncoder, decode_raw_imu
+from ..streams.wheels import WheelDecoder
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
@@ -63,7 +65,8 @@ class CorrectionNode(GuardedNode):
         )
         self._setup, self._listener = setup, listener
         self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
-        self._wheels = WheelDecoder(*self.wheel_joints)
+        self._wheels = WheelDecoder(*self.wheel_joints, inputs.wheel_gear_ratio, inputs.stamps)
+        self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._unreadable = 0
         self._connect(subscribe)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
@@ -97,16 +100,19 @@ class CorrectionNode(GuardedNode):
         except MessageError:
             self._unreadable += 1
             return
-        self.take_imu(stamp, values)
+        self.take_imu(self._stamping.stamp(stamp, self._clock_now()), values)
 
     def _on_joints(self, data: bytes) -> None:
         try:
-            reading = self._wheels.decode(data)
+            reading = self._wheels.decode(data, self._clock_now())
         except MessageError:
             self._unreadable += 1
             return
         if reading is not None:
             self.take_wheels(reading)
+
+    def _clock_now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
 
     def _take(self, corrected: StampedSamples) -> None:
         if corrected:
@@ -131,20 +137,30 @@ class CorrectionNode(GuardedNode):
 
     def _report(self) -> Report:
         stream = self._stream
-        values = {
+        values: dict[str, object] = {
             "calibrated": self._calibration.calibrated,
             **stream.counts,
             **{f"imu_{name}": count for name, count in stream.imu_guard.counts.items()},
             **{f"wheel_{name}": count for name, count in stream.wheel_guard.counts.items()},
+            "wheel_velocities_integrated": self._wheels.rates.messages,
+            **{f"imu_{name}": count for name, count in self._stamping.counts().items()},
             "unreadable_messages": self._unreadable,
         }
+        stampings, now = (self._stamping, self._wheels.stamping), self._clock_now()
+        values |= {name: text for each in stampings for name, text in each.remark(now).items()}
+        stamps = "; ".join(each.problem for each in stampings if each.problem)
         if not self._watchdog.started:
-            return Report(Level.WARN, "waiting for imu/data_raw", values)
+            return Report(Level.WARN, stamps or "waiting for imu/data_raw", values)
         if not self._watchdog.fresh:
             age = self._watchdog.age
             return Report(Level.ERROR, f"no usable sample on imu/data_raw for {age:.1f} s", values)
         if self._setup.current.correction.wheel and not stream.wheels_known:
-            return Report(Level.WARN, "no wheel readings: their terms are left out", values)
+            text = "no wheel readings: their terms are left out"
+            return Report(Level.WARN, f"{text}; {stamps}" if stamps else text, values)
+        if stamps:
+            return Report(Level.WARN, stamps, values)
+        if self._wheels.rates.messages:
+            return Report(Level.OK, "correcting; wheel angles integrated from velocities", values)
         return Report(Level.OK, "correcting", values)
 
 

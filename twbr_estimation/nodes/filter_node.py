@@ -85,7 +85,7 @@ class FilterNode(GuardedNode):
     def _on_imu(self, data: bytes) -> None:
         was_raw = self._input.raw
         try:
-            ready = self._input.add_imu(data)
+            ready = self._input.add_imu(data, self._now())
         except MessageError:
             self._counts["unreadable_messages"] += 1
             return
@@ -98,7 +98,7 @@ class FilterNode(GuardedNode):
 
     def _on_joints(self, data: bytes) -> None:
         try:
-            ready = self._input.add_wheels(data)
+            ready = self._input.add_wheels(data, self._now())
         except MessageError:
             self._counts["unreadable_messages"] += 1
             return
@@ -107,7 +107,7 @@ class FilterNode(GuardedNode):
 
     def _on_motors(self, data: bytes) -> None:
         try:
-            self.pass_motors(decode_motor_command(self.get_clock().now().nanoseconds, data))
+            self.pass_motors(decode_motor_command(self._now(), data))
         except MessageError:
             self._counts["unreadable_messages"] += 1
 
@@ -147,7 +147,10 @@ class FilterNode(GuardedNode):
         """Return the age of a sample [s] where the tilt is predicted."""
         if not self._stream.settings.predict:
             return 0.0
-        return self._age.note(stamp, self.get_clock().now().nanoseconds)
+        return self._age.note(stamp, self._now())
+
+    def _now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
 
     def _on_reset(self, request: Any, response: Any) -> Any:
         del request
@@ -181,6 +184,7 @@ class FilterNode(GuardedNode):
             *self._checks.doubts,
             self._transform.problem,
             self._other_clock(),
+            *self._input.problems(),
         ]
         if any(warnings):
             return Report(Level.WARN, "; ".join(each for each in warnings if each), values)
@@ -190,7 +194,7 @@ class FilterNode(GuardedNode):
         """Return what is waited for, and what came instead."""
         skipped = {**self._input.counts(), "unreadable": self._counts["unreadable_messages"]}
         came = ", ".join(f"{count} {name}" for name, count in skipped.items() if count)
-        text = "waiting for imu/data_corrected"
+        text = "; ".join(("waiting for imu/data_corrected", *self._input.problems()))
         return f"{text}; not usable: {came}" if came else text
 
     def _other_clock(self) -> str:

@@ -20,7 +20,8 @@ from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..streams.device.clock import DeviceClock
 from ..streams.device.frames import TICK, WRAP, DeviceSample, decode_frame
 from ..streams.device.lines import NANOSECOND, LineDecoder
-from ..streams.device.port import PortStream, Stamps, text_decoder
+from ..streams.device.port import PortStream, text_decoder
+from ..streams.device.stamping import Stamps
 from ..streams.messages import (
     ACCEL,
     ACCEL_COVARIANCE,

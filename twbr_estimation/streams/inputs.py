@@ -7,6 +7,7 @@ from typing import Annotated
 
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import DEFAULT_WAIT
+from .device.stamping import Stamps
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,26 @@ class InputSettings:
     right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
         "right_wheel_joint"
     )
+    stamps: Annotated[
+        Stamps,
+        Meaning(
+            "Clock that stamps raw Imu messages and `joint_states`: `header`, the sender's, "
+            "must be set to that of this computer; `arrival`, the time at which a message "
+            "comes; `device`, the sender's own clock, such as the time since it was switched "
+            "on, related to ours. See "
+            "docs/microcontroller.md."
+        ),
+    ] = Stamps.HEADER
+    wheel_gear_ratio: Annotated[
+        float,
+        Bounds(
+            0.001,
+            1000.0,
+            "",
+            "Turns of the joints to one turn of the wheels: that of the gear where "
+            "`joint_states` counts turns of the motors",
+        ),
+    ] = 1.0
 
     def __post_init__(self) -> None:
         require_bounds(self)

@@ -11,8 +11,7 @@ import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
-from ..pipeline.pairing import MotorCommand, WheelReading, motor_command, wheel_reading
-from ..samples import SINGLE_WHEEL_JOINT
+from ..pipeline.pairing import MotorCommand, motor_command
 from .physical import LARGEST_VOLTAGE
 
 _SECOND = 1_000_000_000
@@ -149,6 +148,8 @@ class JointStateDecoder:
         self._layout = b""
         self._names: tuple[str, ...] = ()
         self._read = struct.Struct("<0d")
+        self._moving: tuple[str, ...] = ()
+        self._velocities = 0
 
     def decode(self, data: bytes) -> tuple[int, tuple[str, ...], tuple[float, ...]]:
         """Return stamp [ns], joint names and their positions; as many of both.
@@ -168,6 +169,21 @@ class JointStateDecoder:
         _require_time(nanoseconds)
         return seconds * _SECOND + nanoseconds, self._names, positions
 
+    def velocities(self, data: bytes) -> tuple[tuple[str, ...], tuple[float, ...]]:
+        """Return names and velocities of the message just decoded, which holds no positions.
+
+        Raises:
+            MessageError: the message is torn.
+        """
+        try:
+            count = min(int(_read_count(data, self._velocities)[0]), len(self._moving))
+            start = _aligned(self._velocities + 4, 8) if count else 0
+            if count < len(self._moving):
+                self._moving = self._moving[:count]
+            return self._moving, struct.unpack_from(f"<{count}d", data, start)
+        except struct.error as error:
+            raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
+
     def _learn(self, data: bytes) -> None:
         _require_encoding(data)
         _, offset = _string(data, _FRAME)
@@ -176,36 +192,9 @@ class JointStateDecoder:
         count = min(int(_read_count(data, offset)[0]), len(names))
         positions = _aligned(offset + 4, 8) if count else 0
         self._layout = data[_FRAME : offset + 4]
-        self._names = tuple(names[:count])
+        self._names, self._moving = tuple(names[:count]), tuple(names)
+        self._velocities = offset + 4  # where no position lies before them
         self._read = struct.Struct(f"<{positions}x{count}d")
-
-
-class WheelDecoder:
-    """Finds the wheels in serialised JointStates."""
-
-    def __init__(self, left: str, right: str) -> None:
-        """Look for joints of these names, one of them is enough, else for `wheel_joint`."""
-        self._wheels = (left, right)
-        self._joints = JointStateDecoder()
-        self._names: tuple[str, ...] | None = None
-        self._at: tuple[int, ...] = ()
-
-    def decode(self, data: bytes) -> WheelReading | None:
-        """Return the wheels' reading; None where the message has neither of the joints.
-
-        Raises:
-            MessageError: not a JointState in little-endian XCDR version 1.
-        """
-        stamp, names, positions = self._joints.decode(data)
-        if names is not self._names:
-            self._names = names
-            present = [wheel for wheel in self._wheels if wheel in names]
-            if not present and SINGLE_WHEEL_JOINT in names:
-                present = [SINGLE_WHEEL_JOINT]
-            self._at = tuple(names.index(wheel) for wheel in present)
-        if not self._at:
-            return None
-        return wheel_reading(stamp, [positions[index] for index in self._at])
 
 
 def decode_float64s(data: bytes) -> tuple[float, ...]:

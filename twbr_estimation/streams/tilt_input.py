@@ -9,9 +9,11 @@ from ..pipeline.pairing import MotorCommand
 from ..robot import Setup
 from .corrected import CorrectedStream, has_angle, is_default, readings_of
 from .correction import CorrectionStream, StampedSamples
+from .device.stamping import Stamping
 from .inputs import InputSettings
-from .messages import WheelDecoder, decode_imu
+from .messages import decode_imu
 from .physical import NOT_FINITE
+from .wheels import WheelDecoder
 
 SWITCH_AFTER = 10
 """Messages of the other kind, corrected or raw, in a row before the input counts as that kind."""
@@ -36,7 +38,13 @@ class TiltInput:
         self._correction = CorrectionStream(
             setup, settings.wheel_wait, loop_period=settings.loop_period
         )
-        self._wheels = WheelDecoder(settings.left_wheel_joint, settings.right_wheel_joint)
+        self._wheels = WheelDecoder(
+            settings.left_wheel_joint,
+            settings.right_wheel_joint,
+            settings.wheel_gear_ratio,
+            settings.stamps,
+        )
+        self._stamping = Stamping(settings.stamps, "imu/data_raw")
 
     @property
     def paired(self) -> bool:
@@ -56,8 +64,8 @@ class TiltInput:
         """Correct raw messages with another setup from the next one on."""
         self._correction.configure(setup)
 
-    def add_imu(self, data: bytes) -> StampedSamples:
-        """Take a serialised Imu; return the samples that are ready.
+    def add_imu(self, data: bytes, now: int = 0) -> StampedSamples:
+        """Take a serialised Imu at `now` [ns]; return the samples that are ready.
 
         Raises:
             MessageError: the message cannot be read.
@@ -78,6 +86,7 @@ class TiltInput:
             self._others, self.raw = 0, raw
             (self._correction if raw else self._corrected).begin_afresh()
         if raw:
+            stamp = self._stamping.stamp(stamp, now)
             return ready + self._correction.add_imu(stamp, readings_of(values))
         return ready + self._corrected.add_imu(stamp, values)
 
@@ -96,13 +105,13 @@ class TiltInput:
         self.default_orientation = not self._oriented
         return self._oriented
 
-    def add_wheels(self, data: bytes) -> StampedSamples:
-        """Take a serialised JointState; return the samples it completes.
+    def add_wheels(self, data: bytes, now: int = 0) -> StampedSamples:
+        """Take a serialised JointState at `now` [ns]; return the samples it completes.
 
         Raises:
             MessageError: the message cannot be read.
         """
-        reading = self._wheels.decode(data)
+        reading = self._wheels.decode(data, now)
         if reading is None:
             return []
         return (self._correction if self.raw else self._corrected).add_wheels(reading)
@@ -114,6 +123,11 @@ class TiltInput:
     def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return (self._correction if self.raw else self._corrected).flush()
+
+    def problems(self) -> tuple[str, ...]:
+        """Return why messages are not used."""
+        found = (self._stamping.problem, self._wheels.stamping.problem)
+        return tuple(each for each in found if each)
 
     def counts(self) -> Counter[str]:
         """Return how often samples were skipped or started a new stream, by reason."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from enum import Enum
 
 from .clock import DeviceClock
 from .frames import DeviceSample, FrameError
@@ -12,14 +11,6 @@ LONGEST = 4096
 """Bytes without an end after which they are dropped: another baud rate, or no such device."""
 
 Decode = Callable[[bytes], "DeviceSample | None"]
-
-
-class Stamps(Enum):
-    """Which clock stamps a sample."""
-
-    HEADER = "header"
-    ARRIVAL = "arrival"
-    DEVICE = "device"
 
 
 class PortStream:

@@ -1,0 +1,95 @@
+"""The wheels in serialised JointStates: which joints, their clock, their gear, angles or rates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..pipeline.pairing import WheelReading, wheel_reading
+from ..samples import RESTART_GAP, SINGLE_WHEEL_JOINT
+from .device.stamping import Stamping, Stamps
+from .messages import JointStateDecoder
+
+TOPIC = "joint_states"
+
+
+class WheelDecoder:
+    """Finds the wheels in serialised JointStates."""
+
+    def __init__(
+        self, left: str, right: str, gear_ratio: float = 1.0, stamps: Stamps = Stamps.HEADER
+    ) -> None:
+        """Look for joints of these names, one of them is enough, else for `wheel_joint`.
+
+        Args:
+            left: Joint of the left wheel.
+            right: Joint of the right wheel.
+            gear_ratio: Turns of the joints to one turn of the wheels.
+            stamps: Which clock stamps the readings.
+        """
+        self.stamping = Stamping(stamps, TOPIC)
+        self.rates = WheelRates()
+        self._wheels, self._share = (left, right), 1.0 / gear_ratio
+        self._joints = JointStateDecoder()
+        self._names: tuple[str, ...] | None = None
+        self._at: tuple[int, ...] = ()
+
+    def decode(self, data: bytes, now: int = 0) -> WheelReading | None:
+        """Return the wheels' reading; None where the message has neither of the joints.
+
+        Args:
+            data: The message. Without positions its velocities are integrated.
+            now: What the node's clock says [ns]; for stamps that are not the message's own.
+
+        Raises:
+            MessageError: not a JointState in little-endian XCDR version 1.
+        """
+        header, names, values = self._joints.decode(data)
+        integrate = not names
+        if integrate:
+            names, values = self._joints.velocities(data)
+        if names is not self._names:
+            self._find(names)
+        if not self._at:
+            return None
+        stamp = self.stamping.stamp(header, now)
+        angles = [self._share * values[index] for index in self._at]
+        return wheel_reading(stamp, self.rates.add(stamp, angles) if integrate else angles)
+
+    def _find(self, names: tuple[str, ...]) -> None:
+        self._names = names
+        present = [wheel for wheel in self._wheels if wheel in names]
+        if not present and SINGLE_WHEEL_JOINT in names:
+            present = [SINGLE_WHEEL_JOINT]
+        self._at = tuple(names.index(wheel) for wheel in present)
+
+
+class WheelRates:
+    """Integrates by the trapezoidal rule; across a gap or a clock set back the wheels stand."""
+
+    def __init__(self) -> None:
+        """Start at an angle of 0."""
+        self.messages = 0
+        """How many were integrated."""
+        self._stamp = 0
+        self._rates: tuple[float, ...] = ()
+        self._angles: list[float] = []
+
+    def add(self, stamp: int, rates: Sequence[float]) -> list[float]:
+        """Take velocities [rad/s] at `stamp` [ns]; return the angles [rad], one for each.
+
+        Velocities that are no numbers are left out, and given back as they are.
+        """
+        self.messages += 1
+        rates = tuple(rates)
+        if not all(map(math.isfinite, rates)):
+            return list(rates)
+        if len(rates) != len(self._rates):
+            self._angles = [0.0] * len(rates)
+        else:
+            dt = (stamp - self._stamp) * 1e-9
+            if 0.0 < dt <= RESTART_GAP:
+                for index, (before, rate) in enumerate(zip(self._rates, rates, strict=True)):
+                    self._angles[index] += 0.5 * (before + rate) * dt
+        self._stamp, self._rates = stamp, rates
+        return list(self._angles)
