@@ -152,3 +152,40 @@ def test_a_refused_configuration_leaves_everything_as_it_was() -> None:
     assert live.settings.filter == "complementary"
     assert live.step(sample(1.0)) == twin.step(sample(1.0))
     assert live.compare(sample(1.0)) == {}
+
+
+def gap_after_a_swing(live: FilterStream) -> TiltEstimate:
+    """Feed two seconds of readings that turn, half a second without, and one reading more."""
+    for index in range(400):
+        live.step(sample(0.0, 0.005)._replace(gyro_y=0.01 * (index % 7)))
+    return live.step(sample(0.0, 0.5)._replace(gyro_y=2.0))
+
+
+@pytest.mark.parametrize("name", ["complementary", "kalman_adaptive", "ins_odometer"])
+def test_a_gap_is_counted_and_ends_trust_until_gravity_confirms_the_tilt(name: str) -> None:
+    live = stream(filter=name)
+    after = gap_after_a_swing(live)
+    assert live.counts()["lost_samples"] == 99
+    assert not live.trusted(after)
+    assert "doubt" in live.distrust()
+    assert live.variance(after) > 0.2**2
+    for index in range(600):
+        estimate = live.step(sample(0.0, 0.005)._replace(gyro_y=0.002 * (index % 5 - 2)))
+    assert live.trusted(estimate)
+
+
+def test_a_change_of_the_filter_keeps_doubt_and_counts() -> None:
+    live = stream(filter="complementary")
+    gap_after_a_swing(live)
+    live.configure(FilterConfiguration(FilterSettings(filter="kalman")))
+    assert not live.trusted(live.step(sample(0.0, 0.005)))
+    assert live.counts()["lost_samples"] == 99
+
+
+def test_a_gap_that_starts_the_filter_afresh_has_to_be_confirmed() -> None:
+    live = stream(filter="complementary")
+    gap_after_a_swing(live)
+    assert not live.trusted(live.step(sample(0.3, 1.5)))
+    for index in range(400):
+        estimate = live.step(sample(0.3, 0.005)._replace(gyro_y=0.002 * (index % 5 - 2)))
+    assert live.trusted(estimate)

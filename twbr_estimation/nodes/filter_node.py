@@ -58,7 +58,7 @@ class FilterNode(GuardedNode):
             "failed_steps": 0,
             "unreadable_messages": 0,
         }
-        self._trusted = True
+        self._trusted, self._lost = True, 0
         self._subscribes, self._joints, self._motors = subscribe, None, None
         self.pass_motors = self._input.add_motors
         """Who gets the motor commands; a correction in the same process where there is one."""
@@ -169,7 +169,9 @@ class FilterNode(GuardedNode):
         kind = "raw" if self._input.raw else "corrected"
         chosen = {"filter": self._stream.settings.filter, "input": kind}
         period = self._stream.period()
-        values = {**chosen, "period_s": period, **self._counts, **self._input.counts()}
+        counted = self._stream.counts()
+        newly_lost, self._lost = counted["lost_samples"] - self._lost, counted["lost_samples"]
+        values = {**chosen, "period_s": period, **self._counts, **counted, **self._input.counts()}
         if not self._watchdog.started:
             return Report(Level.WARN, self._waiting(), values)
         if not self._watchdog.fresh:
@@ -178,8 +180,10 @@ class FilterNode(GuardedNode):
         if self._checks.untrusted:
             return Report(Level.ERROR, "; ".join(self._checks.untrusted), values)
         if not self._trusted:
-            return Report(Level.WARN, "the filter does not trust its own estimate", values)
+            lost = f"; {newly_lost} samples lost or late" if newly_lost else ""
+            return Report(Level.WARN, f"{self._stream.distrust()}{lost}", values)
         warnings = [
+            f"{newly_lost} samples lost or late" if newly_lost else "",
             *self._stream.warnings(period),
             *self._checks.doubts,
             self._transform.problem,

@@ -11,7 +11,7 @@ from ..robot import Robot, Setup
 from ..samples import Sample, TiltEstimate
 from .correction import Corrector
 from .pairing import motor_command, wheel_reading
-from .tilt_filter import TiltFilter
+from .watched_filter import WatchedFilter
 
 _UNKNOWN = (0.0, 0.0, 0.0)
 
@@ -45,12 +45,20 @@ class Estimator:
         if not isinstance(setup, Setup):
             raise ConfigurationError(f"`robot`: {robot!r} is neither a Robot nor a Setup")
         self._corrector = Corrector(setup)
-        self._filter = TiltFilter(entry, values, setup.robot)
+        self._filter = WatchedFilter(entry, values, setup.robot)
 
     @property
     def estimate(self) -> TiltEstimate | None:
         """The latest estimate; None before the first sample."""
         return self._filter.estimate
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the samples leave no doubt about the latest estimate.
+
+        What gaps, saturated and frozen sensors hide is small, and the accelerometer agrees.
+        """
+        return self._filter.trusted
 
     def step(
         self,

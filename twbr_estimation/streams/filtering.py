@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from ..filters.base import filter_named
-from ..pipeline.tilt_filter import TiltFilter
+from ..pipeline.watched_filter import WatchedFilter
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .filter_configuration import FilterConfiguration, FilterSettings
 
@@ -21,11 +22,13 @@ class FilterStream:
         self._active = self._prepared(configuration.settings.filter)
         self._beside = {name: self._prepared(name) for name in configuration.settings.compared()}
 
-    def _prepared(self, name: str) -> TiltFilter:
+    def _prepared(self, name: str) -> WatchedFilter:
         parameters = self._configuration.parameters.get(name)
-        return TiltFilter(filter_named(name), parameters, self._configuration.robot)
+        configuration = self._configuration
+        limit = configuration.settings.valid_stddev
+        return WatchedFilter(filter_named(name), parameters, configuration.robot, limit)
 
-    def _running(self) -> Iterator[TiltFilter]:
+    def _running(self) -> Iterator[WatchedFilter]:
         yield self._active
         yield from self._beside.values()
 
@@ -60,6 +63,7 @@ class FilterStream:
             values = configuration.parameters.get(running.name, {})
             if values != before.parameters.get(running.name, {}):
                 running.configure(values)
+            running.valid_stddev = configuration.settings.valid_stddev
             if configuration.robot != before.robot:
                 running.use_robot(configuration.robot)
         self._switch(configuration.settings.filter)
@@ -71,9 +75,9 @@ class FilterStream:
     def _switch(self, name: str) -> None:
         if name == self._active.name:
             return
-        successor, estimate = self._prepared(name), self._active.estimate
-        if estimate is not None and self._sample is not None:
-            successor.reset(estimate, self._sample)
+        successor = self._prepared(name)
+        if self._sample is not None:
+            successor.succeed(self._active, self._sample)
         self._active = successor
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
@@ -118,11 +122,29 @@ class FilterStream:
 
     def variance(self, estimate: TiltEstimate) -> float:
         """Return the variance of the tilt to publish [rad^2]; never zero."""
-        return estimate.tilt_variance or self._configuration.settings.tilt_stddev**2
+        own = estimate.tilt_variance or self._configuration.settings.tilt_stddev**2
+        return own if self._active.trusted else max(own, self._active.doubt)
 
     def trusted(self, estimate: TiltEstimate) -> bool:
-        """Return whether the filter's own variance lets the estimate count as valid."""
-        return estimate.tilt_variance <= self._configuration.settings.valid_stddev**2
+        """Return whether the filter's own variance and the samples let the tilt count as valid."""
+        limit = self._configuration.settings.valid_stddev
+        return self._active.trusted and estimate.tilt_variance <= limit * limit
+
+    def distrust(self) -> str:
+        """Return why the tilt is not valid."""
+        if self._active.trusted:
+            return "the filter does not trust its own estimate"
+        return (
+            "gaps, saturated or frozen readings, or disagreement with gravity leave the tilt in "
+            f"doubt by {math.degrees(math.sqrt(self._active.doubt)):.0f} deg"
+        )
+
+    def counts(self) -> dict[str, int]:
+        """Return how many samples gaps had room for, and how often a filter was put right."""
+        return {
+            "lost_samples": self._active.lost,
+            "filter_restarts": self._active.restarts,
+        }
 
     def period(self) -> float:
         """Return the mean sampling period since the last call [s]; 0 without samples."""

@@ -1,0 +1,171 @@
+"""A filter judged by the samples: turned by hand, saturated, with gaps, frozen; and left alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from twbr_estimation.filters.base import filter_named
+from twbr_estimation.pipeline.watched_filter import WatchedFilter
+from twbr_estimation.recording import FloatArray
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
+
+DT = 0.005
+RANGE = math.radians(250.0)
+PLANAR = ("complementary", "kalman", "kalman_adaptive", "kalman_extended", "alpha_beta_wb")
+SOME = ("complementary", "kalman_adaptive", "alpha_beta_wb")
+
+
+@dataclass
+class Outcome:
+    """What a filter made of a motion."""
+
+    time: FloatArray
+    error: FloatArray
+    """[deg]."""
+    trusted: FloatArray
+    running: WatchedFilter
+
+    def wrong_and_trusted(self) -> float:
+        return float(np.mean((self.error > 5.0) & (self.trusted > 0.0)))
+
+    def after(self, instant: float) -> FloatArray:
+        return np.asarray(self.time >= instant)
+
+
+def smooth(time: FloatArray, start: float, duration: float) -> FloatArray:
+    part = np.clip((time - start) / duration, 0.0, 1.0)
+    return np.asarray(part**3 * (10.0 - 15.0 * part + 6.0 * part**2))
+
+
+def samples(tilt: FloatArray, seed: int, bias: float = 0.0) -> Iterator[CorrectedSample]:
+    random, rate = np.random.default_rng(seed), np.gradient(tilt, DT) + bias
+    read = np.clip(rate + 0.002 * random.standard_normal(tilt.size), -RANGE, RANGE)
+    noise = 0.04 * random.standard_normal((2, tilt.size))
+    forward = -STANDARD_GRAVITY * np.sin(tilt) + noise[0]
+    up = STANDARD_GRAVITY * np.cos(tilt) + noise[1]
+    zeros = dict.fromkeys(CorrectedSample._fields, 0.0)
+    for gyro, x, z in zip(read.tolist(), forward.tolist(), up.tolist(), strict=True):
+        full = abs(gyro) >= 0.999 * RANGE
+        yield CorrectedSample(
+            **{
+                **zeros,
+                "dt": DT,
+                "angle": math.atan2(-x, z),
+                "angle_variance": 2e-5,
+                "gyro_y": gyro,
+                "accel_x": x,
+                "accel_z": z,
+                "gyro_variance_y": 5.0 if full else 4e-6,
+                "gyro_saturated_y": float(full),
+            }
+        )
+
+
+def run(name: str, tilt: FloatArray, readings: list[CorrectedSample]) -> Outcome:
+    """Filter the readings; one whose `dt` is 0 is lost, the next one bridges it."""
+    running = WatchedFilter(filter_named(name))
+    time, error, trusted, gap = [], [], [], 0.0
+    for index, (true, sample) in enumerate(zip(tilt.tolist(), readings, strict=True)):
+        gap += DT
+        if sample.dt == 0.0:
+            continue
+        estimate = running.step(sample._replace(dt=gap))
+        gap = 0.0
+        time.append(index * DT)
+        error.append(math.degrees(abs(math.remainder(estimate.tilt - true, 2.0 * math.pi))))
+        trusted.append(float(running.trusted))
+    return Outcome(np.array(time), np.array(error), np.array(trusted), running)
+
+
+def swing(seconds: float, degrees: float = 6.0) -> FloatArray:
+    time = np.arange(0.0, seconds, DT)
+    return np.asarray(math.radians(degrees) * np.sin(2.0 * math.pi * 0.9 * time))
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize(("degrees", "duration"), [(90.0, 0.1), (180.0, 0.1), (180.0, 0.3)])
+@pytest.mark.parametrize("name", PLANAR)
+def test_a_turn_beyond_the_gyros_range_is_noticed_and_made_up_for(
+    name: str, degrees: float, duration: float, back: bool
+) -> None:
+    time = np.arange(0.0, 8.0, DT)
+    tilt = smooth(time, 3.0, duration)
+    if back:
+        tilt = tilt - smooth(time, 3.3 + duration, duration)
+    tilt = math.radians(degrees) * tilt
+    rest = 3.3 + 2.0 * duration if back else 3.0 + duration
+    found = run(name, tilt, list(samples(tilt, seed=11)))
+    assert found.error.max() > 10.0  # the gyro hides a good part of it
+    assert found.wrong_and_trusted() < 1e-3
+    assert found.error[found.after(rest + 1.0)].max() < 4.0
+    assert found.trusted[found.after(rest + 2.5)].all()
+    assert found.error[found.after(rest + 2.5)].max() < 3.0
+
+
+@pytest.mark.parametrize("lost", [0.2, 0.4, 0.7])
+@pytest.mark.parametrize("name", SOME)
+def test_bursts_of_lost_samples_are_no_reason_for_trust(name: str, lost: float) -> None:
+    tilt = swing(12.0, degrees=25.0)
+    readings = list(samples(tilt, seed=12))
+    for start in np.arange(2.0, 8.0, lost / 0.3):
+        for index in range(int(start / DT), int((start + lost) / DT)):
+            readings[index] = readings[index]._replace(dt=0.0)
+    found = run(name, tilt, readings)
+    assert not found.trusted.all()
+    assert found.wrong_and_trusted() < 1e-3
+    assert found.trusted[found.after(11.0)].all()
+    dropped = sum(sample.dt == 0.0 for sample in readings)
+    assert found.running.lost == pytest.approx(dropped, abs=2)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 3.0])
+@pytest.mark.parametrize("name", SOME)
+def test_a_saturated_accelerometer_ends_trust_until_it_is_gone(name: str, seconds: float) -> None:
+    tilt = swing(12.0)
+    full = 2.0 * STANDARD_GRAVITY
+    clipped = {"accel_x": full, "accel_z": full, "angle": math.atan2(-full, full)}
+    marks = {"accel_saturated_x": 1.0, "accel_saturated_z": 1.0, "angle_variance": 0.1}
+    readings = [
+        sample._replace(**clipped, **marks) if 3.0 <= index * DT < 3.0 + seconds else sample
+        for index, sample in enumerate(samples(tilt, seed=13))
+    ]
+    found = run(name, tilt, readings)
+    assert not found.trusted[(found.time > 3.3) & (found.time < 3.0 + seconds)].any()
+    assert found.wrong_and_trusted() < 1e-3
+    assert found.error[found.after(3.5 + seconds)].max() < 3.0
+    assert found.trusted[found.after(5.0 + seconds)].all()
+
+
+@pytest.mark.parametrize("name", [*SOME, "ins_odometer"])
+def test_a_frozen_sensor_is_not_trusted_and_trust_returns(name: str) -> None:
+    tilt = swing(12.0)
+    readings = list(samples(tilt, seed=14))
+    readings[600:1000] = [readings[600]] * 400
+    found = run(name, tilt, readings)
+    assert not found.trusted[(found.time > 3.2) & (found.time < 5.0)].any()
+    assert found.trusted[found.after(7.5)].all()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_restart_keeps_the_learnt_gyro_bias(name: str) -> None:
+    time = np.arange(0.0, 40.0, DT)
+    tilt, bias = math.pi * smooth(time, 35.0, 0.1), math.radians(0.5)
+    running = WatchedFilter(filter_named(name))
+    for sample in samples(tilt, seed=15, bias=bias):
+        estimate = running.step(sample)
+    assert running.restarts >= 1
+    if running.entry.estimates_gyro_bias:
+        assert estimate.gyro_bias == pytest.approx(bias, abs=math.radians(0.2))
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_motion_that_the_sensors_show_is_left_alone(name: str) -> None:
+    tilt = swing(20.0, degrees=20.0)
+    found = run(name, tilt, list(samples(tilt, seed=16)))
+    assert found.running.restarts == 0
+    assert found.trusted.all()

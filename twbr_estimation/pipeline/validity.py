@@ -1,0 +1,200 @@
+"""Whether an estimate deserves trust, judged by the samples and not by the filter.
+
+A gap, a saturated sensor and a frozen one leave a rotation unseen. The monitor bounds it, and
+follows beside the filter a reference of its own: the accelerometer's angle carried by the gyro,
+averaged since the last cause of doubt. Where both agree, the doubt ends; where they do not, the
+filter has to start afresh from the reference.
+
+`begin`, `watch` and `restarted` are pure functions on named tuples, so that a batch can compile
+them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
+from . import unseen
+from .unseen import FREEZE, Stream, follow, misled, unseen_rotation
+
+VALID_STDDEV = 0.2
+"""Doubt of a tilt [rad] above which it is not trusted, unless a user sets another."""
+CLEARED_STDDEV = 0.025
+"""Doubt [rad] below which a tilt that was not trusted is trusted again."""
+CAUSE = 0.0125
+"""Rotation unseen in one sample [rad] from which on it is a cause of doubt."""
+CORRELATION = 0.2
+"""Time over which the accelerometer's disturbances stay alike [s]."""
+SCATTER_MEMORY = 0.1
+"""Time over which their size is measured [s]."""
+FLOOR = 0.01
+"""Smallest scatter of the accelerometer's angle [rad]."""
+FIRST_SCATTER = 0.15
+"""Scatter assumed after a cause of doubt [rad]."""
+DRIFT = 1e-4
+"""Growth of the reference's variance by the gyro's errors [rad^2/s]."""
+TURNING = 0.01
+"""The same for a turn about the other axes, per square of its rate [rad^2/s per (rad/s)^2]."""
+KNOWN = 0.1
+"""Deviation of the reference [rad] below which a filter may start afresh from it."""
+DISAGREEMENT = 0.06
+"""Distance of the filter from the reference [rad] that counts, beyond three deviations."""
+REST_DISAGREEMENT = 0.03
+"""The same where the robot rests."""
+REST_SCATTER, REST_RATE = 4e-4, 0.1
+"""Mean square of the disturbances [rad^2] and rate [rad/s] below which it does."""
+BIAS_CHANGE = 0.02
+"""Change of a gyro bias [rad/s] in a time of doubt that is taken back."""
+SETTLED = 1.0
+"""Time in which a filter that judges itself makes up for a gap [s]."""
+AFTERMATH = 20.0
+"""Time after a cause of doubt in which a disagreement is its consequence [s]."""
+_UNKNOWN = math.pi**2
+
+
+class Reference(NamedTuple):
+    """The accelerometer's angle, carried by the gyro and averaged."""
+
+    tilt: float
+    """[rad]."""
+    variance: float
+    """[rad^2]."""
+    scatter: float
+    """Mean square of the accelerometer's disturbances [rad^2]."""
+
+
+class Watch(NamedTuple):
+    """What the monitor remembers from one sample to the next."""
+
+    doubt: float
+    """Variance of the filter's tilt by what went unseen [rad^2]."""
+    trusted: float
+    """1 where the estimate deserves trust, else 0."""
+    astray: float
+    """1 where the filter has to start afresh from the reference, else 0."""
+    bias: float
+    """Gyro bias of the filter when there was last no doubt [rad/s]."""
+    calm: float
+    """Time since the last cause of doubt [s]."""
+    reference: Reference
+    stream: Stream
+
+
+def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Watch:
+    """Start with a sample whose angle is all that is known.
+
+    Args:
+        sample: the first one, or the first after a time in which anything may have happened.
+        estimate: the filter's.
+        unknown: whether it is the latter, so that the tilt has to be confirmed first.
+    """
+    variance = FIRST_SCATTER * FIRST_SCATTER
+    return Watch(
+        _UNKNOWN if unknown else variance,
+        0.0 if unknown else 1.0,
+        0.0,
+        estimate.gyro_bias,
+        0.0 if unknown else AFTERMATH,
+        Reference(sample.angle, variance, variance),
+        unseen.begin(sample),
+    )
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle within half a turn of zero [rad]."""
+    return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
+
+
+def watch(
+    before: Watch,
+    sample: CorrectedSample,
+    estimate: TiltEstimate,
+    valid_stddev: float = VALID_STDDEV,
+    self_judged: bool = False,
+) -> Watch:
+    """Judge the estimate at one sample.
+
+    Args:
+        before: what the sample before left.
+        sample: the reading; its `dt` is above zero.
+        estimate: what the filter made of it.
+        valid_stddev: doubt above which the tilt is not trusted [rad].
+        self_judged: whether the filter's own variance covers saturation and disagreement; then
+            only gaps and frozen readings count, and it is never astray.
+
+    Returns:
+        The judgement. Where it is `astray`, the filter starts afresh and `restarted` follows.
+    """
+    stream = follow(before.stream, sample)
+    hidden = unseen_rotation(before.stream, stream, sample, self_judged)
+    pulled = 0.0 if self_judged else misled(sample)
+    doubt = min(math.sqrt(before.doubt) + hidden + pulled, math.pi)
+    calm, scatter = before.calm + sample.dt, before.reference.scatter
+    if hidden > CAUSE or (pulled > 0.0 and doubt > CAUSE):
+        calm, scatter = 0.0, max(scatter, FIRST_SCATTER * FIRST_SCATTER)
+    turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - before.bias)
+    carried = _carried(before.reference, sample, turn, hidden, scatter)
+    if pulled == 0.0 and stream.frozen <= FREEZE:
+        carried = _averaged(carried, sample)
+    now = Watch(doubt * doubt, before.trusted, 0.0, before.bias, calm, carried, stream)
+    return _judged(now, estimate, valid_stddev, self_judged)
+
+
+def _carried(
+    before: Reference, sample: CorrectedSample, turn: float, hidden: float, scatter: float
+) -> Reference:
+    """Return the reference turned by the gyro's `turn` [rad], with what it may have missed."""
+    sideways = sample.gyro_x * sample.gyro_x + sample.gyro_z * sample.gyro_z
+    grown = before.variance + (DRIFT + TURNING * sideways) * sample.dt
+    deviation = min(math.sqrt(grown) + hidden, math.pi)
+    return Reference(wrapped(before.tilt + turn), deviation * deviation, scatter)
+
+
+def _averaged(reference: Reference, sample: CorrectedSample) -> Reference:
+    """Return the reference with the accelerometer's angle, weighted by its disturbances."""
+    x, y, z, dt = sample.accel_x, sample.accel_y, sample.accel_z, sample.dt
+    stretch = math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
+    innovation, variance = wrapped(sample.angle - reference.tilt), reference.variance
+    disturbance = max(innovation * innovation - variance, 0.0) + stretch * stretch
+    scatter = reference.scatter
+    scatter += dt / (dt + SCATTER_MEMORY) * (disturbance - scatter)
+    noise = (FLOOR * FLOOR + scatter) * max(CORRELATION / dt, 1.0)
+    gain = variance / (variance + noise)
+    tilt = wrapped(reference.tilt + gain * innovation)
+    return Reference(tilt, (1.0 - gain) * variance, scatter)
+
+
+def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged: bool) -> Watch:
+    """Compare the filter with the reference where that is known well enough."""
+    reference, doubt, astray, bias = now.reference, now.doubt, 0.0, now.bias
+    distance = abs(wrapped(estimate.tilt - reference.tilt))
+    deviation = math.sqrt(reference.variance)
+    resting = reference.scatter < REST_SCATTER and abs(now.stream.gyro[1]) < REST_RATE
+    apart = distance > 3.0 * deviation + (REST_DISAGREEMENT if resting else DISAGREEMENT)
+    shown = reference.variance + distance * distance
+    if now.calm > 0.0 and not apart and shown < doubt:
+        doubt = shown
+    if self_judged and now.calm > SETTLED:
+        doubt = 0.0
+    if apart and 0.0 < now.calm < AFTERMATH and deviation < KNOWN and not self_judged:
+        doubt, astray = max(doubt, distance * distance), 1.0
+    trusted = _trusted(doubt, now.trusted, valid_stddev)
+    if trusted > now.trusted and abs(estimate.gyro_bias - bias) > BIAS_CHANGE and not self_judged:
+        astray = 1.0
+    elif trusted > 0.0 and doubt <= CLEARED_STDDEV * CLEARED_STDDEV:
+        bias = estimate.gyro_bias
+    return Watch(doubt, trusted, astray, bias, now.calm, reference, now.stream)
+
+
+def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
+    """Return 1 or 0; trust that was lost returns at a smaller doubt than it is lost at."""
+    limit = valid_stddev if before > 0.0 else min(CLEARED_STDDEV, valid_stddev)
+    return 1.0 if doubt <= limit * limit else 0.0
+
+
+def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:
+    """Return what holds after the filter has started afresh from the reference."""
+    doubt = now.reference.variance
+    trusted = _trusted(doubt, now.trusted, valid_stddev)
+    return Watch(doubt, trusted, 0.0, now.bias, now.calm, now.reference, now.stream)

@@ -1,0 +1,107 @@
+"""A filter on a live stream with a monitor beside it, which also starts it afresh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from ..filters.base import Filter
+from ..robot import Robot
+from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
+from .tilt_filter import TiltFilter
+from .validity import VALID_STDDEV, Watch, begin, restarted, watch, wrapped
+
+SELF_JUDGED = ("ins_odometer",)
+"""Filters whose own variance covers saturated sensors and disagreement with gravity."""
+OVERTURNED = 0.5 * math.pi
+"""Tilt [rad] from which on the accelerometer's angle is taken within half a turn of it."""
+
+
+class WatchedFilter(TiltFilter):
+    """One filter, judged at every sample and started afresh where it has gone astray."""
+
+    def __init__(
+        self,
+        entry: Filter,
+        values: Mapping[str, float] | None = None,
+        robot: Robot | None = None,
+        valid_stddev: float = VALID_STDDEV,
+    ) -> None:
+        """Prepare `entry` as `TiltFilter` does.
+
+        Args:
+            entry: the filter.
+            values: parameter values; defaults for the others.
+            robot: geometry, for filters that need it.
+            valid_stddev: doubt above which the tilt is not trusted [rad].
+
+        Raises:
+            ConfigurationError: a parameter is unknown or out of bounds.
+        """
+        super().__init__(entry, values, robot)
+        self.valid_stddev = valid_stddev
+        self.restarts = 0
+        """How often the filter disagreed with the samples and was started afresh."""
+        self._lost = 0.0
+        self._watch: Watch | None = None
+        self._self_judged = entry.name in SELF_JUDGED
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the samples leave no doubt about the latest estimate."""
+        return self._watch is None or self._watch.trusted > 0.0
+
+    @property
+    def doubt(self) -> float:
+        """Variance of the latest estimate by what the samples did not show [rad^2]."""
+        return 0.0 if self._watch is None else self._watch.doubt
+
+    @property
+    def lost(self) -> int:
+        """Samples that gaps had room for."""
+        return int(self._lost + (0.0 if self._watch is None else self._watch.stream.lost))
+
+    def step(self, sample: CorrectedSample) -> TiltEstimate:
+        """Take one sample; return the estimate at its stamp."""
+        state, before = self.state, self._watch
+        if state is not None and abs(state.tilt) > OVERTURNED:
+            near = state.tilt + wrapped(sample.angle - state.tilt)
+            sample = sample._replace(angle=near)
+        estimate = super().step(sample)
+        if before is None or state is None or sample.dt > RESTART_GAP:
+            self._begin(sample, estimate, unknown=state is not None and sample.dt > RESTART_GAP)
+            return estimate
+        if sample.dt <= 0.0:
+            return estimate
+        now = watch(before, sample, estimate, self.valid_stddev, self._self_judged)
+        if now.astray > 0.0:
+            estimate = self._restart(now, sample)
+            now = restarted(now, self.valid_stddev)
+        self._watch = now
+        return estimate
+
+    def _begin(self, sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> None:
+        if self._watch is not None:
+            self._lost += self._watch.stream.lost
+        self._watch = begin(sample, estimate, unknown)
+
+    def _restart(self, now: Watch, sample: CorrectedSample) -> TiltEstimate:
+        """Go on from the reference, with the gyro bias from before the doubt."""
+        self.restarts += 1
+        reference = now.reference
+        rate = sample.gyro_y - now.bias
+        return self.reset(TiltEstimate(reference.tilt, rate, now.bias, reference.variance), sample)
+
+    def succeed(self, other: WatchedFilter, sample: CorrectedSample) -> None:
+        """Go on from another filter's estimate at the stamp of `sample`, judgement and counts."""
+        self.restarts, self._lost = other.restarts, other._lost
+        if other.estimate is not None:
+            self.reset(other.estimate, sample)
+            self._watch = other._watch
+
+    def forget(self) -> None:
+        """Start afresh at the next sample."""
+        super().forget()
+        if self._watch is not None:
+            self._lost += self._watch.stream.lost
+        self._watch = None
