@@ -36,7 +36,7 @@ class CalibrationError(TwbrError):
 
 
 class WorkerError(TwbrError):
-    """Workers of a computation that died, cannot be reached, or were told to stop."""
+    """Workers that died, cannot be reached, or are stopped on request."""
 
 
 class WritingError(TwbrError):

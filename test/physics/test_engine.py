@@ -135,10 +135,10 @@ def test_the_imu_at_rest_reads_gravity_in_its_own_axes(monkeypatch: pytest.Monke
     engine.grasp()
     rows = empty(4001)
     engine.advance((0.0, 0.0), rows, engine.pose())
-    felt = senses_of(robot, IDEAL, 1).felt(rows[-2:], STEP)
+    imu_input = senses_of(robot, IDEAL, 1).imu_input(rows[-2:], STEP)
     up = rotations(rows[-1:])[0][2] @ robot.rotation()
-    np.testing.assert_allclose(felt.force[0], STANDARD_GRAVITY * up, atol=1e-3)
-    np.testing.assert_allclose(felt.rate[0], 0.0, atol=1e-4)
+    np.testing.assert_allclose(imu_input.force[0], STANDARD_GRAVITY * up, atol=1e-3)
+    np.testing.assert_allclose(imu_input.rate[0], 0.0, atol=1e-4)
 
 
 def test_in_free_fall_the_imu_reads_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,8 +146,8 @@ def test_in_free_fall_the_imu_reads_nothing(monkeypatch: pytest.MonkeyPatch) -> 
     engine = engine_of(robot, monkeypatch)
     engine.place((0.0, 0.0, 1.0, 0.0, 0.0, 0.3))
     rows = run(engine, 0.3)
-    felt = senses_of(robot, IDEAL, 1).felt(rows, STEP)
-    assert np.abs(felt.force).max() < 1e-6
+    imu_input = senses_of(robot, IDEAL, 1).imu_input(rows, STEP)
+    assert np.abs(imu_input.force).max() < 1e-6
     drop = 0.5 * STANDARD_GRAVITY * 0.3**2
     assert 1.0 - rows[-1, 2] == pytest.approx(drop, rel=0.005)
 
@@ -167,13 +167,13 @@ def test_the_force_is_that_of_the_engines_own_accelerometer() -> None:
     data = mujoco.MjData(model)
     data.qvel[:] = 0.3, 0.1, 0.0, 0.2, -0.4, 3.0, 8.0, 8.0
     data.qpos[2] = 1.0  # in the air, where nothing jumps
-    rows, felt = [], []
+    rows, imu_input = [], []
     for _ in range(200):
         mujoco.mj_step(model, data)
         rows.append(np.concatenate([data.qpos, data.qvel]))
-        felt.append(data.sensordata.copy())
-    mine = senses_of(robot, IDEAL, 1).felt(np.array(rows), STEP)
-    theirs, settled = np.array(felt), 30  # until then the motors brake within a few steps
+        imu_input.append(data.sensordata.copy())
+    mine = senses_of(robot, IDEAL, 1).imu_input(np.array(rows), STEP)
+    theirs, settled = np.array(imu_input), 30  # until then the motors brake within a few steps
     np.testing.assert_allclose(mine.force[settled:], theirs[1 + settled :, :3], atol=0.02)
     np.testing.assert_allclose(mine.rate[:-1], theirs[2:, 3:], atol=1e-9)
 

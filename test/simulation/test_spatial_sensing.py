@@ -13,7 +13,7 @@ from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.simulation import Simulated, simulate
 from twbr_estimation.simulation.disturbances import STEP
-from twbr_estimation.simulation.spatial_sensing import attitudes, felt, wheel_angles
+from twbr_estimation.simulation.spatial_sensing import attitudes, imu_input, wheel_angles
 from twbr_estimation.simulation.turning import Turning
 from twbr_estimation.simulation.worlds import W2, W4
 
@@ -65,15 +65,15 @@ def test_the_accelerometer_feels_the_second_difference_of_the_position() -> None
     acceleration = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / STEP**2
     acceleration[:, 2] += STANDARD_GRAVITY
     expected = rotations()[1:-1].apply(acceleration, inverse=True)
-    force = felt(PLANAR, TURNING, ARM).force
+    force = imu_input(PLANAR, TURNING, ARM).force
     at_the_stamps = 0.5 * (force[1:-1] + force[2:])  # they are means over the steps before
     np.testing.assert_allclose(at_the_stamps[2:-2], expected[2:-2], atol=2e-4)
-    assert np.ptp(expected[:, 1]) > 3.0  # turning is felt
+    assert np.ptp(expected[:, 1]) > 3.0  # turning has an effect
 
 
 def test_the_gyro_feels_the_difference_of_the_attitude() -> None:
     turned = (rotations()[:-2].inv() * rotations()[2:]).as_rotvec() / (2.0 * STEP)
-    rate = felt(PLANAR, TURNING, ARM).rate[1:-1]
+    rate = imu_input(PLANAR, TURNING, ARM).rate[1:-1]
     np.testing.assert_allclose(rate[2:-2], turned[2:-2], atol=1e-5)
     assert np.ptp(rate, axis=0).min() > 1.0
 

@@ -1,8 +1,8 @@
 """One robot, one estimator, one controller: the live code in lockstep with the rig.
 
 At every IMU sample the correction and the filter take a step, at every control period the
-controller. The estimator feeds back: its tilt and rate steer the robot, and its tilt is what makes
-a position of a wheel encoder that turns with the body.
+controller. The loop is closed: the estimated tilt and rate steer the robot, and the estimated tilt
+turns the angle of an encoder on the body into a position.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from ..streams.filter_configuration import FilterConfiguration, FilterSettings
 from ..streams.filtering import FilterStream
 
 TRUTH = "truth"
-"""The estimator that knows the tilt and its rate."""
+"""The estimator that returns the true tilt and rate."""
 SETTLING = 1.0
 """Without a fall, time at the start that does not count in the estimate's error [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What balances which robot, and for how long."""
+    """Robot, estimator, controller and duration of a trial."""
 
     world: str
     estimator: str
@@ -67,7 +67,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How it went."""
+    """Result of a trial."""
 
     upright: float
     """Share of the time in which the robot neither lay nor was being stood up."""
@@ -83,8 +83,8 @@ class Outcome:
     rms_position: float
     """Distance from where the robot was last let go [m]."""
     cut: float
-    """Share of the upright time in which the motors were cut: a fall seen that was none, an
-    estimate that does not trust itself."""
+    """Share of the upright time in which the motors were cut: a false detection of a
+    fall, or an estimate marked as not valid."""
 
 
 class Loop:
@@ -117,11 +117,11 @@ class Loop:
             BalanceConfiguration(settings, trial.controller_values, setup.robot)
         )
         self.voltages: MotorVoltages = NO_VOLTAGE
-        """What the motors were last told."""
+        """Last voltages of the motors."""
         self.corrected: CorrectedSample
-        """What the filter last got."""
+        """Last sample of the filter."""
         self.estimate = 0.0
-        """The tilt that the controller last got [rad]."""
+        """Last tilt of the controller's input [rad]."""
         self._take(self.robot.reading, 0.0)
 
     def step(self) -> None:

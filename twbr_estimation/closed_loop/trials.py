@@ -1,4 +1,4 @@
-"""Many trials over the cores, and what they say together."""
+"""Many trials over the cores, and their joint statistics."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from .files import FILES, section_text
 from .ros_yaml import number, read_parameters
 
 VERBS = ("still", "poses", "geometry")
-"""What leaves its provenance in the files."""
+"""Actions that write their provenance into the files."""
 _ORIGIN = "start"
 
 
@@ -62,13 +62,13 @@ def save(
         )
         for name, path in targets.items()
     }
-    said = [f"{'replaced' if path in existing else 'wrote'} {path}" for path in contents]
+    done = [f"{'replaced' if path in existing else 'wrote'} {path}" for path in contents]
     rest = None if start is None else start / FILES[2]
     if rest is not None and rest.is_file() and not (folder / FILES[2]).exists():
         contents[folder / FILES[2]] = read_text(rest, SIZE_LIMIT, ConfigurationError)
-        said.append(f"copied {rest} to {folder / FILES[2]}")
+        done.append(f"copied {rest} to {folder / FILES[2]}")
     write_texts(contents)
-    return said
+    return done
 
 
 def _provenance(start: Path | None, folder: Path, name: str) -> dict[str, Any]:
@@ -90,7 +90,7 @@ def _provenance(start: Path | None, folder: Path, name: str) -> dict[str, Any]:
 
 
 def _stated(source: Path, name: str) -> dict[str, dict[str, float]]:
-    """Return what a file says to filters, such as how good the calibration is."""
+    """Return the entries of a file for filters, such as the accuracy of the calibration."""
     path = source / f"{name}.yaml"
     values: dict[str, dict[str, float]] = {}
     for entry in read_parameters(path) if path.is_file() else ():

@@ -1,8 +1,8 @@
 """Configuration as ROS parameter files: `robot.yaml`, `calibration.yaml`, `filters.yaml`.
 
 The same files configure the nodes. Under `/**` every name must be known; under a node's own
-name further parameters of that node may stand, which are left to it. Of several files, the
-later one rules, as for nodes.
+name further parameters of that node may stand, which are left to it. Of several files the later
+one takes precedence, as for nodes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .ros_yaml import (
 )
 
 FILES = ("robot.yaml", "calibration.yaml", "filters.yaml")
-"""What is read from a folder, in this order."""
+"""Files that are read from a folder, in this order."""
 
 _SECTIONS: Mapping[str, type[Any]] = {
     "robot": Robot,
@@ -172,7 +172,7 @@ def _with(parameters: dict[str, Any], provenance: Mapping[str, object] | None) -
 
 
 def _plain(section: Robot | Calibration | CorrectionSettings) -> dict[str, Any]:
-    """Return the fields as YAML values; ROS knows no empty list, so those stay out."""
+    """Return the fields as YAML values; ROS has no empty list, so those are left out."""
     plain: dict[str, Any] = {}
     for name, value in asdict(section).items():
         if isinstance(value, Enum):
@@ -185,7 +185,7 @@ def _plain(section: Robot | Calibration | CorrectionSettings) -> dict[str, Any]:
 
 
 def _entries(paths: Iterable[PathLike]) -> dict[str, Entry]:
-    """Return what the files say by full name, the last word only, all names known."""
+    """Return the files' entries by full name; the last file wins, all names are checked."""
     entries: dict[str, Entry] = {}
     for path in paths:
         for file in configuration_files(path):

@@ -9,7 +9,7 @@ from typing import Any
 from ..filters import Filter
 
 DEFAULT_FILTER = "ins_odometer"
-"""The filter that speaks where none is named; its defaults are physical and suit any robot
+"""The active filter where none is named; its defaults are physical and suit any robot
 with a calibrated MPU6050, at any sampling period."""
 DT_TOLERANCE = 0.05
 """Relative difference of sampling periods above which settings warn."""
@@ -22,11 +22,11 @@ class Settings:
     values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Parameter values by filter name; a filter or parameter not named keeps its defaults."""
     filter: str = DEFAULT_FILTER
-    """Name of the filter that speaks."""
+    """Name of the active filter."""
     dt: float = 0.0
     """Sampling period the values were tuned at [s]; 0 where unknown."""
     source: str = "the filters' defaults"
-    """Where the values come from, for messages."""
+    """Origin of the values, for messages."""
 
     def parameters(self, entry: Filter) -> Any:
         """Return the parameters of one filter.
@@ -37,7 +37,7 @@ class Settings:
         return entry.configure(self.values.get(entry.name))
 
     def warnings(self, dt: float, entries: Iterable[Filter] = ()) -> tuple[str, ...]:
-        """Return what a user should know before using these settings at sampling period `dt`.
+        """Return warnings about these settings at sampling period `dt`.
 
         Args:
             dt: Sampling period of the data [s].

@@ -21,7 +21,7 @@ def presets() -> tuple[str, ...]:
 def preset(name: str, dt: float) -> tuple[CorrectionSettings | None, Settings]:
     """Return the settings whose sampling period is nearest to `dt` [s], by ratio.
 
-    The settings know their own sampling period: `Settings.warnings(dt)` says where it differs.
+    The settings include their sampling period: `Settings.warnings(dt)` reports a difference.
 
     Raises:
         ConfigurationError: no such preset, or `dt` is not above 0.

@@ -1,9 +1,9 @@
-"""What a balance controller is: one `Controller` per file, collected by name.
+"""Interface of a balance controller: one `Controller` per file, collected by name.
 
-A controller file defines `Parameters` (the settings a user may change), `State` (what a step
-remembers, with the voltages it asks for), `reset`, `step` and where needed `derive`, and ends
-with `CONTROLLER = Controller(...)`. The registry, `twbr balance` and the node read that
-definition and nothing else. Steps use scalars and `math` only.
+A controller file defines `Parameters` (the settings a user may change), `State` (kept from step to
+step, with the voltages it commands), `reset`, `step` and where needed `derive`, and ends with
+`CONTROLLER = Controller(...)`. The registry, `twbr balance` and the node read that definition and
+nothing else. Steps use scalars and `math` only.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..robot import Robot
 
 
 class ControlInput(NamedTuple):
-    """What a controller knows at one instant; REP-103 signs, tilt positive leaning forward."""
+    """Input of a controller at one instant; REP-103 signs, tilt positive leaning forward."""
 
     dt: float
     """Time since the previous step [s]; 0 for the first."""
@@ -32,7 +32,7 @@ class ControlInput(NamedTuple):
     velocity: float
     """Speed of the axle [m/s]."""
     heading: float
-    """Heading [rad], not wrapped, positive to the left; 0 on a robot that cannot tell."""
+    """Heading [rad], not wrapped, positive to the left; 0 on a robot that does not measure it."""
     yaw_rate: float
     """Its rate [rad/s]."""
     target_velocity: float
@@ -42,7 +42,7 @@ class ControlInput(NamedTuple):
 
 
 class MotorVoltages(NamedTuple):
-    """What the motors get until the next step [V]; positive drives forward."""
+    """Voltages of the motors until the next step [V]; positive drives forward."""
 
     left: float
     right: float

@@ -1,7 +1,7 @@
 """The linear-quadratic regulator of the user's own robot, computed from `robot.yaml`.
 
 The robot's mechanics give the linearised plant, Laddach 2022 (2) in its right form, sampled at
-the controller's period; a voltage acts one period after it was asked for, which the plant
+the controller's period; a voltage acts one period after its command, which the plant
 includes as a fifth state.
 """
 

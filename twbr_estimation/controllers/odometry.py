@@ -1,4 +1,4 @@
-"""Where the robot is and how fast, from its wheels and its tilt."""
+"""Position and speed of the robot, from its wheels and its tilt."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..robot import EncoderPlacement, Robot
 
 
 class WheelGeometry(NamedTuple):
-    """What turns wheel angles into travel."""
+    """Geometry that turns wheel angles into travel."""
 
     wheel_radius: float
     """[m]."""

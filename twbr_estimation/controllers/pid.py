@@ -24,13 +24,13 @@ class Parameters(NamedTuple):
     tilt_derivative: Annotated[float, Bounds(0.0, 100.0, "V s/rad", "Voltage per tilt rate")] = 2.0
     speed_gain: Annotated[float, Bounds(0.0, 20.0, "rad s/m", "Lean per speed error")] = 0.3
     speed_integral: Annotated[
-        float, Bounds(0.0, 20.0, "rad/m", "Lean per distance from where the robot shall be")
+        float, Bounds(0.0, 20.0, "rad/m", "Lean per distance from the robot's target position")
     ] = 0.05
     speed_derivative: Annotated[
         float, Bounds(0.0, 5.0, "rad s^2/m", "Lean per change of the speed error")
     ] = 0.0
     largest_lean: Annotated[
-        float, Bounds(0.01, 1.0, "rad", "Largest tilt the speed regulator asks for")
+        float, Bounds(0.01, 1.0, "rad", "Largest tilt the speed regulator commands")
     ] = 0.3
     yaw_gain: YawGain = 3.0
     yaw_rate_gain: YawRateGain = 0.3

@@ -4,8 +4,8 @@ The inner loop D1 turns the tilt's error into the motors' command, the outer one
 wheels' into the tilt to hold. As printed, (34) has numerators that add up to -0.001 beside an
 integrator, which is an artefact of three decimals: with it the loop around the paper's own
 robot diverges slowly. Here its last coefficient is -0.183, which puts the zero on the integrator,
-and the two cancel: D2 = -0.189 (z - 0.968) / (z - 0.86), a lead, fed with where the wheels are
-minus where they shall be.
+and the two cancel: D2 = -0.189 (z - 0.968) / (z - 0.86), a lead, fed with the deviation of
+the wheels from their target.
 
 D1 and D2 belong to 200 Hz; for another period they are carried over by the bilinear rule. The
 command u_x of the paper's robot is turned into a voltage of the user's by what both do to the
@@ -35,7 +35,7 @@ Quadratic = tuple[float, float, float]
 
 
 class Parameters(NamedTuple):
-    """How strong the loops are on the user's robot, and the gains of the heading."""
+    """Scale of the loop gains on the user's robot, and the gains of the heading."""
 
     inner_gain: Annotated[float, Bounds(0.05, 20.0, "1", "Factor on D1")] = 5.0
     outer_gain: Annotated[float, Bounds(0.0, 20.0, "1", "Factor on D2")] = 0.8
@@ -43,7 +43,7 @@ class Parameters(NamedTuple):
         float, Bounds(0.0, 1.0, "1", "Share of the motors' back-EMF that is made up for")
     ] = 0.7
     largest_lean: Annotated[
-        float, Bounds(0.01, 1.0, "rad", "Largest tilt the outer loop asks for")
+        float, Bounds(0.01, 1.0, "rad", "Largest tilt the outer loop commands")
     ] = 0.3
     yaw_gain: YawGain = 3.0
     yaw_rate_gain: YawRateGain = 0.3
@@ -57,7 +57,7 @@ class Second(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """What a step needs."""
+    """Constants of a step."""
 
     inner: Second
     """Tilt error [rad] to voltage [V]."""

@@ -1,4 +1,4 @@
-"""What every controller shares: where the robot shall be, its heading, and the two voltages."""
+"""Parts that all controllers share: target position, heading, and the two voltages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ YawRateGain = Annotated[float, Bounds(0.0, 20.0, "V s/rad", "Voltage per yaw rat
 
 
 class Target(NamedTuple):
-    """Where the robot shall be, from the commanded speed and yaw rate."""
+    """Target position, from the commanded speed and yaw rate."""
 
     position: float
     """[m]."""
@@ -28,7 +28,7 @@ FARTHEST_TURN = 1.0
 
 
 def here(now: ControlInput) -> Target:
-    """Return the target of a robot that shall stay where it is."""
+    """Return the target of a robot that stays at its place."""
     return Target(now.position, now.heading)
 
 
@@ -51,7 +51,7 @@ def turning_voltage(target: Target, now: ControlInput, gain: float, rate_gain: f
     """Return what the right motor gets more, and the left one less [V]; Sihite 2018 (35).
 
     Args:
-        target: where the robot shall head.
+        target: target position and heading.
         now: where it heads.
         gain: of the heading's error [V/rad].
         rate_gain: of the yaw rate's error [V s/rad].

@@ -9,7 +9,7 @@ from .base import Filter
 
 
 class Parameters(NamedTuple):
-    """The corrected angle has no settings of its own."""
+    """The corrected angle has no settings."""
 
 
 class State(NamedTuple):

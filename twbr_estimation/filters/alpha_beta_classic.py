@@ -1,7 +1,7 @@
 """Classical alpha-beta filter: tilt and rate from the angle alone, the gyro unused.
 
 Laddach 2022 (32)-(33) as the text has them, which is the textbook alpha-beta (g-h) filter
-of a position sensor. It shows what the gyro is worth.
+of a position sensor. The comparison shows the benefit of the gyro.
 """
 
 from __future__ import annotations

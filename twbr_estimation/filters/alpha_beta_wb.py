@@ -1,7 +1,7 @@
 """Alpha-beta filter with gyro bias: the gyro drives the prediction, the angle corrects it.
 
 Laddach 2022 (35)-(37). The samples are already free of the calibrated bias, so the bias
-estimated here starts at zero: it is what calibration left over.
+estimated here starts at zero: it is the remainder after calibration.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What a filter is: one `Filter` per file, collected by name.
+"""Interface of a filter: one `Filter` per file, collected by name.
 
-A filter file defines `Parameters` (the settings a user may change), `State` (what a step
-remembers), `reset` and `step`, and ends with `FILTER = Filter(...)`. Nodes run `step`
+A filter file defines `Parameters` (the settings a user may change), `State` (kept from step
+to step), `reset` and `step`, and ends with `FILTER = Filter(...)`. Nodes run `step`
 interpreted; batch runs compile the very same function. `step` and `reset` therefore use
 scalars, tuples, `math` and small numpy arrays only.
 """
@@ -68,7 +68,7 @@ class Filter(Definition):
     uses_motors: bool = False
     """True where `step` reads the motors' voltage."""
     limits: Mapping[str, str] = field(default_factory=dict)
-    """What the filter cannot do, by contract clause, with the reason."""
+    """Exceptions from the contract, by clause, with the reason."""
 
     @property
     def estimates_gyro_bias(self) -> bool:
@@ -81,7 +81,7 @@ class Filter(Definition):
         return "tilt_variance" in self.state._fields
 
     def warnings(self, parameters: Any, dt: float) -> tuple[str, ...]:
-        """Return what a user should know about these parameters at this sampling period."""
+        """Return warnings about these parameters at this sampling period."""
         if self.matrices is None:
             return ()
         modulus = float(np.max(np.abs(self.matrices(parameters, dt).error_eigenvalues())))
@@ -108,7 +108,7 @@ def compiled_as(loops: Callable[..., Any]) -> Callable[[Function], Function]:
 
 
 def estimate_of(state: Any) -> TiltEstimate:
-    """Return what a filter's state says about the tilt."""
+    """Return the tilt estimate of a filter's state."""
     return TiltEstimate(
         state.tilt,
         state.rate,

@@ -21,7 +21,7 @@ class Parameters(NamedTuple):
             1e-3,
             1e3,
             "s",
-            "Crossover time constant T_c. Larger trusts the gyro longer: less accelerometer "
+            "Crossover time constant T_c. Larger follows the gyro longer: less accelerometer "
             "noise, slower recovery from a wrong start and more error from gyro bias.",
             logarithmic=True,
         ),

@@ -1,14 +1,14 @@
-"""Extended Kalman filter with a model of the robot, which learns what is wrong with its IMU.
+"""Extended Kalman filter with a model of the robot, which estimates the errors of its IMU.
 
-The filter of Sihite 2018 loses to the planar one as soon as the gyro feels .2 % of the yaw rate;
-and what it says with a sensor off the axle's plane, it says by virtue of two misprints. Here the
-gyro's bias, the share of the yaw rate it feels (cross-axis and mounting error), the
+The filter of Sihite 2018 is worse than the planar one as soon as the gyro measures 0.2 % of the
+yaw rate, and its equations for a sensor off the axle's plane contain two misprints. Here the
+gyro's bias, the share of the yaw rate in its reading (cross-axis and mounting error), the
 accelerometer's bias and the sensor's position before the axle are states; the yaw gyro is a
 measurement, too.
 
-A bias of the accelerometer is told from a tilt by the balance itself: the model knows that a
-robot which does not speed up stands upright. So the tilt is that of the line from the axle to the
-centre of mass, where the balance point of the model is right.
+A bias of the accelerometer is distinguished from a tilt by the balance: in the model, a robot
+without acceleration stands upright. The tilt is therefore that of the line from the axle to the
+centre of mass, if the balance point of the model is right.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Parameters(NamedTuple):
             0.0,
             0.2,
             "1",
-            "Standard deviation of the share of the yaw rate that the tilt gyro feels, at the "
+            "Standard deviation of the share of the yaw rate in the tilt gyro's reading, at the "
             "start.",
             logarithmic=True,
             tunable=False,
@@ -74,7 +74,7 @@ class Parameters(NamedTuple):
             0.0,
             0.2,
             "m",
-            "Standard deviation of how far the IMU sits before or behind where it is said to sit, "
+            "Standard deviation of the IMU's offset forward or backward from its stated position, "
             "at the start.",
             logarithmic=True,
             tunable=False,

@@ -4,8 +4,8 @@ Laddach 2022 (26)-(31) with Q_11 = q1 dt^2. (29) prints q1 dt, yet q1 is the var
 rate and comes from the noise of the gyro at rest, so dt^2 has the right unit; untuned, this
 form is on a par with the tuned filters of the paper.
 
-A saturated gyro does not raise q1: that would hand the tilt to the accelerometer in the very
-impact that upsets it most, and on the simulated rig it multiplied the error.
+A saturated gyro does not raise q1: the tilt would then follow the accelerometer during the impact,
+where its error is largest; on the simulated rig this multiplied the error.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Adaptive Kalman filter: the variance of the angle follows its own innovations.
 
-The outlook of Laddach 2022 asks for it: the corrected angle is good while the robot stands and
-poor in an impact, and one r cannot be both. The mean square of the innovations over the last
-moments estimates C P C^T + R, and what P does not explain is R (Mehra 1970, covariance matching;
-Mohamed and Schwarz 1999 for navigation). The present innovation is part of the mean, so a shock
-is distrusted in the sample that brings it. Tilt and bias are those of Laddach 2022 (26)-(31).
+The outlook of Laddach 2022 suggests it: the corrected angle is good while the robot stands and poor
+in an impact, and one r cannot be both. The mean square of the innovations over the last moments
+estimates C P C^T + R, and what P does not explain is R (Mehra 1970, covariance matching; Mohamed
+and Schwarz 1999 for navigation). The present innovation is part of the mean, so a shock gets a
+small weight in the sample in which it occurs. Tilt and bias are those of Laddach 2022 (26)-(31).
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Parameters(NamedTuple):
             1e-3,
             1e3,
             "s",
-            "Time over which the squares of the innovations are averaged. Shorter trusts a "
+            "Time over which the squares of the innovations are averaged. Shorter weights a "
             "resting robot's angle sooner and gives each shock less weight.",
             logarithmic=True,
         ),

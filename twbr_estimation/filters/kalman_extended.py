@@ -54,7 +54,7 @@ class Parameters(NamedTuple):
             3.0,
             "rad",
             "Standard deviation of the corrected angle in motion, larger than its rms because its "
-            "errors last. Larger trusts the gyro longer.",
+            "errors last. Larger follows the gyro longer.",
             logarithmic=True,
         ),
     ] = math.radians(20.0)
@@ -68,7 +68,7 @@ class State(NamedTuple):
     gyro_bias: float
     tilt_variance: float
     gyro_gain: float
-    """What to add to 1 before a gyro reading is multiplied by it."""
+    """Gain error: the gyro reading is multiplied by 1 plus this."""
     tilt_bias: float
     """Covariance of tilt and bias [rad^2/s]."""
     tilt_gain: float

@@ -1,7 +1,7 @@
 """Kalman filter with the process noise q1 dt as printed: "Kalman" of Table 2.
 
 Laddach 2022 (26)-(31). q1 is the variance of a gyro reading, so q1 dt is no variance of an
-angle: the filter trusts the accelerometer far too much. It is here to reproduce Table 2;
+angle: the filter weights the accelerometer far too much. It is here to reproduce Table 2;
 `kalman` is the right form.
 """
 

@@ -1,7 +1,7 @@
 """The recursion behind every two-state Kalman filter of the papers: tilt and gyro bias.
 
 Laddach 2022 (26)-(31), Sihite 2018 (2) and Chudzik 2021 (3)-(10) describe the same filter;
-they differ in the process noise alone, which the filter files hand in. The covariance is
+they differ in the process noise alone, which the filter files pass. The covariance is
 predicted with A P A^T: (28) prints A^-1, with which the bias would never be learned.
 """
 
@@ -32,7 +32,7 @@ MeasurementVariance = Annotated[
         1e-12,
         1e3,
         "rad^2",
-        "Variance of the corrected angle, r of (30). Larger trusts the gyro longer. Only its "
+        "Variance of the corrected angle, r of (30). Larger follows the gyro longer. Only its "
         "ratio to q1 and q2 shapes the tilt, so a tuner leaves it alone.",
         logarithmic=True,
         tunable=False,

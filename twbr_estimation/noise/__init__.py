@@ -1,4 +1,4 @@
-"""How noisy the sensors are: spectra, Allan deviation, and bias over time."""
+"""Noise of the sensors: spectra, Allan deviation, and bias over time."""
 
 from __future__ import annotations
 

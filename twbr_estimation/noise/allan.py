@@ -23,7 +23,7 @@ _SLOPE_TOLERANCE = 0.15
 _FEWEST_POINTS = 3  # of a curve that make a slope
 _FLAT = math.sqrt(2.0 * math.log(2.0) / math.pi)  # 0.664, deviation over instability
 MARKED_TIMES = (1.0, 10.0, 100.0)
-"""Averaging times whose deviation is told [s]."""
+"""Averaging times whose deviation is reported [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ def _readings(
 ) -> tuple[float | None, float | None, float | None]:
     """Return random walk, bias instability and rate random walk."""
     if not np.all(deviation > 0.0):
-        return None, None, None  # a sensor that says the same number all the time
+        return None, None, None  # a sensor with a constant reading
     slope = np.gradient(np.log(deviation), np.log(time))
     lowest = int(np.argmin(deviation))
     white = _on_slope(slope[: lowest + 1], -0.5, deviation * np.sqrt(time))

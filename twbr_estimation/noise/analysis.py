@@ -59,7 +59,7 @@ class Rest:
 
 @dataclass(frozen=True, slots=True)
 class RecordingNoise:
-    """What one recording tells about noise."""
+    """Noise analysis of one recording."""
 
     source: str
     motion: MotionSpectra | None
@@ -67,7 +67,7 @@ class RecordingNoise:
     rest: Rest | None
     """None where the robot does not stand still for long enough."""
     notes: tuple[str, ...] = field(default=())
-    """What was assumed, and what could not be told."""
+    """Assumptions, and figures that could not be determined."""
 
 
 def analyse(drive: Drive, window: float | None = None) -> RecordingNoise:

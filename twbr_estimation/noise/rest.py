@@ -1,4 +1,4 @@
-"""Where a sensor is at rest, and how its bias drifts there: Laddach 2022, Figs 7 and 8."""
+"""Periods of rest of a sensor, and the drift of its bias there: Laddach 2022, Figs 7 and 8."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Equidistant samples, which spectra and Allan deviations ask for, out of real stamps.
+"""Equidistant samples from real stamps, as spectra and Allan deviations need them.
 
 Samples are neither filled in nor interpolated, because both would smooth the noise that is
 to be measured. Instead the longest stretch without a gap is taken, and its samples count as

@@ -53,7 +53,7 @@ def within(name: str, value: object, bounds: Bounds) -> float:
 
 @cache
 def annotations_of(kind: type[Any]) -> Mapping[str, Bounds | Meaning]:
-    """Return what the `Annotated` fields of a dataclass or named tuple say of them, by name."""
+    """Return the annotations of the fields of a dataclass or named tuple, by name."""
     found: dict[str, Bounds | Meaning] = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         for extra in getattr(hint, "__metadata__", ()):

@@ -24,7 +24,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
-    """What filters and controllers have in common."""
+    """Common part of filters and controllers."""
 
     name: str
     """Name in the registry, in `filter` or `controller`, and before parameters (`kalman.q1`)."""

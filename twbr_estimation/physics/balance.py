@@ -1,8 +1,8 @@
 """The robot's own balance: the project's state feedback on the true state and some noise.
 
 The gains are those of the simulated rig's regulator for the user's robot; a voltage acts one
-control period after it was asked for. The noise stands for an estimate: without it a robot
-would stand motionless.
+control period after its command. The noise stands for the error of an estimate: without it a
+robot would stand motionless.
 """
 
 from __future__ import annotations

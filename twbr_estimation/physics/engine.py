@@ -14,9 +14,9 @@ from .model import BAR_RADIUS, Surroundings, description
 from .state import COLUMNS, Moving, moving, quaternion
 
 PUSH_HEIGHT = 0.18
-"""Where pushes act, above the axle along the body [m]."""
+"""Distance of the pushes from the axle, along the body [m]."""
 BAR_DISTANCE, BAR_HEIGHT = 0.1, 0.005
-"""How far away a bar is laid on demand, and how high it is [m]."""
+"""Distance and height of a bar that is put on the ground on demand [m]."""
 Pose = tuple[float, float, float, float, float, float]
 """x, y, z of the axle's middle [m]; heading, roll, tilt [rad]."""
 
@@ -47,7 +47,7 @@ class Engine:
         self._moving: Moving | None = None
         self._pushes = [(0.0, 0.0), (0.0, 0.0)]
         self.grip: Pose | None = None
-        """Where the hand holds the body; None where it does not."""
+        """Pose in which the hand holds the body; None where it does not."""
 
     def row(self) -> FloatArray:
         """Return the present state, (COLUMNS,)."""

@@ -1,4 +1,4 @@
-"""What happens to the robot, as periods with names."""
+"""Events of the robot, as periods with names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ways of a hand that holds the robot: from pose to pose, swaying where it shall."""
+"""Paths of a hand that holds the robot: from pose to pose, with a sway where asked for."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SWAY_FREQUENCIES = (0.15, 0.6)
 
 
 class Reach(NamedTuple):
-    """How far a sway goes, rms."""
+    """Amplitude of a sway, rms."""
 
     along: float = 0.0
     """Horizontally [m]."""

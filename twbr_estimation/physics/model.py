@@ -27,16 +27,16 @@ GRIP_TIME = 0.04
 DEPTH = 0.6
 """Half depth of the body per wheel radius."""
 BELOW = 0.5
-"""How far the body reaches below the axle per wheel radius."""
+"""Distance that the body reaches below the axle, per wheel radius."""
 BAR_RADIUS = 0.02
-"""Of the bar that lies under the ground until it is asked for [m]."""
+"""Of the bar that stays under the ground until it is needed [m]."""
 BODY_FRICTION = 0.5
 """Friction of the body on the ground."""
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """Where the robot moves."""
+    """Surroundings of the robot."""
 
     friction: float = 0.9
     """Friction of the treads on the ground."""

@@ -1,4 +1,4 @@
-"""A scene as it is performed: the engine moved on one control period after the other."""
+"""A scene in execution: the engine advances one control period after the other."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Performance:
         stage.periods += 1
 
     def order(self) -> Order:
-        """Return what the scene wants in the next control period."""
+        """Return the scene's order for the next control period."""
         order = next(self.script)
         self.stage.watch()
         return order

@@ -57,8 +57,8 @@ class Readings:
         turn = np.arange(self._done, self._done + count) % self._waves.shape[0]
         shake = VIBRATION_LEVEL * level * self._waves[turn]
         self._done += count
-        felt = repeated(self._senses.felt(rows, self._step, shake), self._step)
-        for row in np.hstack([felt.rate, felt.force]).tolist():
+        imu_input = repeated(self._senses.imu_input(rows, self._step, shake), self._step)
+        for row in np.hstack([imu_input.rate, imu_input.force]).tolist():
             last = self._sensed or row
             self._sensed = [
                 low_passed(before, now, STEP, lag)
@@ -67,7 +67,7 @@ class Readings:
 
     def imu(self, index: int) -> Sextuple:
         """Return the reading of that number."""
-        assert self._sensed is not None, "nothing was felt"
+        assert self._sensed is not None, "no step was taken"
         x, y, z, forward, left, up = self._sensed
         at = index % len(self._noise)
         noise, (dx, dy, dz) = self._noise[at], self._drift[at]

@@ -1,7 +1,7 @@
 """A scene one step at a time, with the motors' command from outside.
 
-It does what `simulation.robot.SimulatedRobot` does, in MuJoCo: the scene's hands, pushes and
-grounds come by themselves, and where the scene lets the robot balance, it is commanded.
+It is the counterpart of `simulation.robot.SimulatedRobot` in MuJoCo: hands, pushes and grounds
+follow the scene, and where the scene lets the robot balance, the caller commands it.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class PhysicsRobot:
             seed: number of the random draw.
             imu_period: between two readings [s], a multiple of `STEP`.
             duration: for which noise is drawn [s]; then it comes again.
-            robot: what the estimator is told of the robot; the defaults where None.
+            robot: the robot's parameters as the estimator gets them; the defaults where None.
             command_delay: from a command to the motors [s], a multiple of `STEP`.
             stay_down: whether a robot that fell is left lying until `place`.
 
@@ -62,9 +62,9 @@ class PhysicsRobot:
             ConfigurationError: MuJoCo is missing, an unknown scene or world, or a time that
                 cannot be simulated.
         """
-        told = robot or Robot()
-        self.world = spatial(world_named(world) if isinstance(world, str) else world, told)
-        self.setup, self.true_setup = setups_of(self.world, seed, told)
+        assumed = robot or Robot()
+        self.world = spatial(world_named(world) if isinstance(world, str) else world, assumed)
+        self.setup, self.true_setup = setups_of(self.world, seed, assumed)
         self.plant = self.true_setup.robot.plant()
         times = (imu_period, command_delay or COARSE_STEP)
         coarse = all(abs(t / COARSE_STEP - round(t / COARSE_STEP)) < 1e-6 for t in times)
@@ -87,7 +87,7 @@ class PhysicsRobot:
         self._slippery = 0
         self._down = False
         self.falls = 0
-        """How often the robot fell."""
+        """Number of falls."""
         self._row = self._engine.row()
         self._readings.follow(np.array([self._row, self._row]), self._engine.moving(), 0.0)
         self.reading = self._read()
@@ -105,18 +105,18 @@ class PhysicsRobot:
 
     @property
     def held(self) -> bool:
-        """Whether the robot lies, or a hand holds it."""
+        """Whether the robot is on the ground, or a hand holds it."""
         return self._down or self._engine.grip is not None
 
     @property
     def truth(self) -> Truth:
-        """How the robot moves now."""
+        """Present motion of the robot."""
         now = self._engine.moving()
         return Truth(now.tilt, now.rate, self._position, now.velocity, now.heading, now.yaw_rate)
 
     @property
     def commanded(self) -> tuple[float, float]:
-        """Speed [m/s] and yaw rate [rad/s] that the scene wants now."""
+        """Speed [m/s] and yaw rate [rad/s] that the scene commands now."""
         return self._order.speed, self._order.yaw_rate
 
     def push(self, force: float, duration: float = 0.2) -> None:

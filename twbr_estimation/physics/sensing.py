@@ -1,4 +1,4 @@
-"""From the engine's states to what IMU, encoders and reference read.
+"""Readings of IMU, encoders and reference from the engine's states.
 
 The IMU is that of `sensors.error_model`: bandwidth, scale, bias, noise, saturation, counts.
 """
@@ -15,7 +15,7 @@ from ..samples import STANDARD_GRAVITY
 from ..simulation.disturbances import STEP, stream, vibration
 from ..simulation.planar_sensing import gyro_cross
 from ..simulation.rig import VIBRATION_LEVEL
-from ..simulation.spatial_sensing import Felt, in_sensor_axes
+from ..simulation.spatial_sensing import ImuInput, in_sensor_axes
 from ..simulation.worlds import World
 from .state import RATE, VELOCITY, WHEELS, rotations, tilts
 
@@ -25,14 +25,14 @@ class PhysicsSenses:
     """The sensing elements on one robot."""
 
     robot: Robot
-    """As it is, not as the estimator is told."""
+    """The true one, not the one that the estimator gets."""
     cross: FloatArray
-    """Share of each other axis that a gyro axis feels, (3, 3)."""
+    """Cross-axis sensitivity of the gyro, (3, 3)."""
     world: World
     clipped_first: bool = False
     """Whether the chip clips before its low-pass, so that no reading stands at the limit."""
 
-    def felt(self, rows: FloatArray, step: float, shake: FloatArray | float = 0.0) -> Felt:
+    def imu_input(self, rows: FloatArray, step: float, shake: FloatArray | float = 0.0) -> ImuInput:
         """Return what acts on the elements in sensor axes, at each row but the first.
 
         The specific force is the mean over a step, from the change of the sensor's velocity.
@@ -49,12 +49,13 @@ class PhysicsSenses:
         change[:, 2] += STANDARD_GRAVITY
         middle = 0.5 * (attitude[1:] + attitude[:-1])
         force = np.einsum("nij,ni->nj", middle, change) + shake
-        elements = in_sensor_axes(Felt(rate[1:], force), self.robot.rotation(), self.cross)
+        elements = in_sensor_axes(ImuInput(rate[1:], force), self.robot.rotation(), self.cross)
         return self._clipped(elements) if self.clipped_first else elements
 
-    def _clipped(self, felt: Felt) -> Felt:
+    def _clipped(self, unlimited: ImuInput) -> ImuInput:
         gyro, accel = self.robot.gyro_range, self.robot.accel_range
-        return Felt(np.clip(felt.rate, -gyro, gyro), np.clip(felt.force, -accel, accel))
+        rate, force = unlimited
+        return ImuInput(np.clip(rate, -gyro, gyro), np.clip(force, -accel, accel))
 
     def wheels(self, rows: FloatArray) -> FloatArray:
         """Return the angles of the left and the right encoder [rad], (n, 2)."""
@@ -85,9 +86,9 @@ def shaking(world: World, speed: FloatArray, voltage: FloatArray, seed: int) -> 
     return np.asarray(world.vibration * level[:, None] * waves)
 
 
-def repeated(felt: Felt, step: float) -> Felt:
-    """Return what is felt once for each `STEP`, from steps of a multiple of it."""
+def repeated(imu_input: ImuInput, step: float) -> ImuInput:
+    """Return the IMU's input once for each `STEP`, from steps of a multiple of it."""
     times = round(step / STEP)
     if times == 1:
-        return felt
-    return Felt(np.repeat(felt.rate, times, axis=0), np.repeat(felt.force, times, axis=0))
+        return imu_input
+    return ImuInput(*(np.repeat(rows, times, axis=0) for rows in imu_input))

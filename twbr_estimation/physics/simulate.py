@@ -11,7 +11,7 @@ from ..errors import ConfigurationError
 from ..recording import Event, FloatArray, ImuTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Robot
 from ..simulation.disturbances import STEP, gyro_drift, stream
-from ..simulation.kernels import measure_felt
+from ..simulation.kernels import measure_input
 from ..simulation.planar_sensing import imu_errors, mount_of, quantised
 from ..simulation.simulate import FIRST_STAMP, WHEEL_COUNTS, Simulated, setups_of
 from ..simulation.worlds import World, world_named
@@ -44,7 +44,7 @@ def simulate(
         duration: length [s].
         seed: number of the random draw.
         world: what is wrong with sensors and geometry; its ground and pushes are the scene's.
-        robot: what the estimator is told of the robot; the defaults where None.
+        robot: the robot's parameters as the estimator gets them; the defaults where None.
         clipped_first: whether the IMU clips before its low-pass, as the chip may.
 
     Raises:
@@ -53,9 +53,9 @@ def simulate(
     """
     if seed < 0:
         raise ConfigurationError(f"seed {seed} is below 0")
-    told = robot or Robot()
-    chosen = spatial(world_named(world) if isinstance(world, str) else world, told)
-    setup, true_setup = setups_of(chosen, seed, told)
+    assumed = robot or Robot()
+    chosen = spatial(world_named(world) if isinstance(world, str) else world, assumed)
+    setup, true_setup = setups_of(chosen, seed, assumed)
     step, every, samples = sampling(dt, duration)
     count = (samples - 1) * every
     rows, volts, performance = performed(scene, true_setup.robot, seed, step, count)
@@ -116,13 +116,13 @@ def _imu(
     speed = np.repeat(np.hypot(rows[1:, 9], rows[1:, 10]), times)
     shake = shaking(world, speed, np.repeat(volts, times), seed)
     shake = shake.reshape(-1, times, 3).mean(axis=1)
-    felt = senses_of(robot, world, seed, clipped_first=clipped_first).felt(rows, step, shake)
-    fine = repeated(felt, step)
+    senses = senses_of(robot, world, seed, clipped_first=clipped_first)
+    fine = repeated(senses.imu_input(rows, step, shake), step)
     first = type(fine)(*(np.vstack([part[:1], part]) for part in fine))
     noise = stream(seed, "noise").standard_normal((samples, 6))
     drift = gyro_drift(world, samples, every * step, seed)
     errors = imu_errors(world, world.calibration, seed, robot)
-    readings = measure_felt(first, mount_of(robot, world), errors, drift, noise, every * times)
+    readings = measure_input(first, mount_of(robot, world), errors, drift, noise, every * times)
     stamps = FIRST_STAMP + np.arange(samples, dtype=np.int64) * round(every * step * 1e9)
     return ImuTrack(stamps, readings[:, :3].copy(), readings[:, 3:].copy())
 

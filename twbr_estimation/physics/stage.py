@@ -1,4 +1,4 @@
-"""What every scene is made of: balancing, falling, hands that take the robot and put it down.
+"""Parts of every scene: balancing, falling, hands that lift the robot and put it down.
 
 A script is a generator: it yields one `Order` a control period, and may change friction, push
 and take hold in between. Times are in seconds.
@@ -20,13 +20,13 @@ from .hand import Reach, added, swaying, way
 
 STOPPED = (0.0, 0.0)
 ACCELERATION, YAW_ACCELERATION = 1.0, 15.0
-"""How fast commanded speed and yaw rate change [m/s^2], [rad/s^2]."""
+"""Rates of change of commanded speed and yaw rate [m/s^2], [rad/s^2]."""
 ROOM = 0.06
-"""How far a robot that lies is lifted while it is stood up [m]."""
+"""Height by which a fallen robot is lifted while it is stood up [m]."""
 
 
 class Order(NamedTuple):
-    """What happens in one control period."""
+    """Forces and commands of one control period."""
 
     voltages: tuple[float, float] | None = None
     """Of left and right motor [V]; None lets the balance controller choose."""
@@ -35,7 +35,7 @@ class Order(NamedTuple):
     yaw_rate: float = 0.0
     """Commanded to the controller [rad/s]."""
     grip: Pose | None = None
-    """Where the hand is at the end of the period."""
+    """Pose of the hand at the end of the period."""
 
 
 Script = Iterator[Order]
@@ -57,7 +57,7 @@ class Stage:
         self.height = engine.pose()[2]
         """Of the axle above the ground [m]."""
         self.home: tuple[float, float] | None = None
-        """Where a robot that fell is stood up again [m]; None for where it lies."""
+        """Position at which a fallen robot is stood up again [m]; None for its present one."""
 
     @property
     def stamp(self) -> int:
@@ -123,7 +123,7 @@ class Stage:
         self.engine.push(0.0)
 
     def lain(self, seconds: float) -> Script:
-        """Leave a robot that falls or lies alone, its motors shorted."""
+        """Apply nothing to a robot that falls or has fallen, its motors shorted."""
         self.falls += 1
         for _ in range(count(seconds)):
             yield Order(voltages=STOPPED)
@@ -184,7 +184,7 @@ class Stage:
         self._speed = self._yaw_rate = 0.0
 
     def watch(self) -> None:
-        """Write down whether the robot lies: from where it first touches the ground."""
+        """Record a fall, from the first contact with the ground."""
         loose = self.fallen and self.engine.grip is None
         self._lies = loose and (self._lies or self.engine.touches())
         self.mark(LYING, self._lies)

@@ -1,4 +1,4 @@
-"""What the engine gives for each step, and angles, rates and speeds from it.
+"""States of the engine, one a step, and angles, rates and speeds from them.
 
 Attitudes are heading about the vertical, roll of the axle about the heading, tilt about the
 axle, as in `simulation.spatial_sensing`: the tilt is atan2(-u_x, u_z) with u the up direction in
@@ -23,7 +23,7 @@ VELOCITY, RATE, WHEEL_RATES = slice(9, 12), slice(12, 15), slice(15, 17)
 
 
 class Moving(NamedTuple):
-    """How the robot moves at one instant."""
+    """Motion of the robot at one instant."""
 
     tilt: float
     """[rad], positive leaning forward."""

@@ -70,7 +70,7 @@ class Coefficients(NamedTuple):
 
 
 class State(NamedTuple):
-    """What the correction remembers from one sample to the next."""
+    """State of the correction between two samples."""
 
     angle: float
     """Corrected angle one sample ago [rad]."""
@@ -197,7 +197,7 @@ def _doubt(
         limit: Magnitude from which an axis is saturated.
         ordinary: Variance of a reading below it.
         saturated: Variance of a saturated one.
-        mark: Variance that tells one from the other in a message.
+        mark: Variance that separates the two in a message.
         r: Rotation from sensor to body axes.
     """
     full_x = flag(abs(reading[0]), limit)

@@ -1,14 +1,14 @@
-"""Fast samples for a slow loop: combined rather than thrown away.
+"""Combination of fast samples for a slow loop.
 
 A sensor that is read from its FIFO at 1 kHz gives a loop of 10 or 20 ms ten or twenty samples
 an interval. Taking the last one lets vibration and shocks between two of them alias into the
 estimate. Here a straight line is fitted to the rates and the specific forces of an interval by
-least squares, and its end is the combined sample. It still says what is now, as every filter
-expects; the trapezoidal rule over two such ends gives the mean of the fast samples where the
+least squares, and its end is the combined sample. It belongs to the present instant, as every
+filter expects; the trapezoidal rule over two such ends gives the mean of the fast samples where the
 lines meet. A plain mean would be half an interval late.
 
 The angle of Laddach 2022 (13) is carried to the end of the interval by the gyro, from each
-sample by itself, and averaged with the weight its variance gives it.
+sample separately, and averaged with the inverse variances as weights.
 """
 
 from __future__ import annotations

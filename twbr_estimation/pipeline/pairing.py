@@ -23,11 +23,11 @@ if TYPE_CHECKING:  # a live stream needs no recordings, and a node starts sooner
     from ..recording import FloatArray, ImuTrack, MotorTrack, StampArray, WheelTrack
 
 DEFAULT_WAIT = 0.005
-"""How long a sample waits for a later wheel reading [s]."""
+"""Longest wait of a sample for a later wheel reading [s]."""
 WHEEL_TIMEOUT = 0.25
-"""Wheel readings further apart, or older, than this say nothing about now [s]."""
+"""Wheel readings further apart, or older, than this are not used [s]."""
 MOTOR_TIMEOUT = 1.0
-"""A motor command older than this says nothing about now [s]."""
+"""A motor command older than this is not used [s]."""
 _SECOND = 1_000_000_000
 _MOST_READINGS = 4096
 
@@ -112,7 +112,7 @@ class Pairer:
     """Pairs live streams by their stamps.
 
     Feed every reading in the order of its own stream; samples come out in order, none is
-    lost. Time is what the stamps say: no clock is read.
+    lost. Time is that of the stamps: no clock is read.
     """
 
     def __init__(self, wait: float = DEFAULT_WAIT) -> None:

@@ -26,5 +26,5 @@ def flag(value: float, limit: float) -> float:
 
 
 def marked(variance: float, saturated: float, mark: float) -> float:
-    """Return the variance on the side of the mark where its flag wants it."""
+    """Return the variance, moved to the side of the mark that its flag requires."""
     return max(variance, 2.0 * mark) if saturated > 0.0 else min(variance, mark)

@@ -36,7 +36,7 @@ class TiltFilter:
         self.parameters = entry.configure(values)
         self._coefficients = entry.derive(self.parameters, self._robot)
         self.state = state
-        """What the filter remembers; None before the first sample."""
+        """State of the filter; None before the first sample."""
 
     @property
     def estimate(self) -> TiltEstimate | None:

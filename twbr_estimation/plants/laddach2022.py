@@ -2,7 +2,7 @@
 
 Printed, (2) loses the second derivative of the position in both rows, and the gear ratio in
 the reaction torque. Derived again: both geared motors turn the wheels with the torque
-T = 2 k k_m / R_winding (u - k_e k (v / r - phi')), the body feels -T, the ground T / r.
+T = 2 k k_m / R_winding (u - k_e k (v / r - phi')), -T acts on the body, T / r on the ground.
 
 Tilt is positive leaning forward and speed positive driving forward, as in REP-103. The
 functions take and return named tuples of floats, so they run interpreted or compiled.
@@ -47,7 +47,7 @@ class PlantParameters(NamedTuple):
 
 
 class PlantState(NamedTuple):
-    """Where the axle is and how the body leans."""
+    """Position of the axle and tilt of the body, and their rates."""
 
     position: float
     """Axle position [m], positive forward."""
@@ -60,14 +60,14 @@ class PlantState(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """What acts on the robot besides its motors, constant over one step."""
+    """Forces on the robot besides its motors, constant over one step."""
 
     axle_force: float
     """Horizontal force on the axle [N]."""
     push_force: float
     """Horizontal force on the body [N]."""
     push_height: float
-    """Where on the body the push acts, from the axle [m]."""
+    """Distance of the push from the axle, along the body [m]."""
     moment: float
     """Moment on the body [N m]."""
     gravity: float
@@ -80,7 +80,7 @@ def tilt_inertia(parameters: PlantParameters) -> float:
 
 
 def rolling_mass(parameters: PlantParameters) -> float:
-    """Return the mass felt along the ground, w of (2) [kg]."""
+    """Return the effective mass along the ground, w of (2) [kg]."""
     wheel = parameters.wheel_mass + parameters.wheel_inertia / parameters.wheel_radius**2
     return parameters.body_mass + 2.0 * wheel
 

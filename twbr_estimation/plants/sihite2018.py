@@ -85,7 +85,7 @@ class SpatialState(NamedTuple):
 
 
 class Commands(NamedTuple):
-    """What acts on the robot."""
+    """Inputs of the robot."""
 
     forward: float
     """u_x, mean of both motors' commands."""
@@ -177,7 +177,7 @@ def _yaw_inertia(p: SpatialParameters) -> float:
 def specific_force(
     state: SpatialState, turning: Triple, lever: Triple, p: SpatialParameters
 ) -> Triple:
-    """Return what an accelerometer at `lever` feels, body axes forward, left, up [m/s^2].
+    """Return the specific force of an IMU at `lever`, body axes forward, left, up [m/s^2].
 
     Args:
         state: of the robot.
@@ -203,7 +203,7 @@ def specific_force(
 
 
 def angular_rate(state: SpatialState) -> Triple:
-    """Return what a gyro feels, body axes forward, left, up [rad/s], (9)."""
+    """Return the rates of a gyro, body axes forward, left, up [rad/s], (9)."""
     sine, cosine = math.sin(state.tilt), math.cos(state.tilt)
     return -sine * state.yaw_rate, state.tilt_rate, cosine * state.yaw_rate
 

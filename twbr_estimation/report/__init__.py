@@ -1,1 +1,1 @@
-"""What a recording tells, for people: an HTML page, and pictures for slides."""
+"""Reports on a recording: an HTML page, and pictures for slides."""

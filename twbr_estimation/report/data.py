@@ -22,7 +22,7 @@ RAW = "raw angle"
 
 @dataclass(frozen=True, slots=True)
 class TermEffect:
-    """What one choice of correction does to the errors."""
+    """Effect of one choice of correction on the errors."""
 
     name: str
     angle_mse_deg2: float
@@ -47,7 +47,7 @@ class RecordingReport:
 
     @property
     def reference(self) -> str:
-        """What the errors refer to, in words."""
+        """Reference of the errors, in words."""
         if self.runs.recording.reference is None:
             return "none"
         if self.runs.smoothed is None or self.runs.drive.recording.reference is not None:

@@ -55,7 +55,7 @@ def histogram_plot(traces: Sequence[Trace], name: str) -> figure:
     plot = _figure(name, "error [deg]", "share of the samples per deg", zoom="both")
     scored = [trace for trace in traces if trace.error.size]
     visible = [trace.error for trace in scored if trace.visible] or [scored[-1].error]
-    # Rare impacts must not flatten everything else; the outer bins take what lies beyond.
+    # Rare impacts must not flatten everything else; the outer bins take all beyond them.
     limit = max(1e-3, max(float(np.quantile(np.abs(error), 0.995)) for error in visible))
     edges = np.linspace(-limit, limit, BINS + 1)
     for trace in scored:

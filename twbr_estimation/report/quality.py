@@ -1,4 +1,4 @@
-"""How good a recording is: rate, jitter, gaps, saturation."""
+"""Quality of a recording: rate, jitter, gaps, saturation."""
 
 from __future__ import annotations
 

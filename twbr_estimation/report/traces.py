@@ -1,4 +1,4 @@
-"""What the plots draw: tilt and error of every estimator over time, in degrees."""
+"""Data of the plots: tilt and error of every estimator over time, in degrees."""
 
 from __future__ import annotations
 

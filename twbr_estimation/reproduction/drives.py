@@ -23,10 +23,10 @@ DURATION = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Where and how often an experiment is done."""
+    """Worlds, seeds and repetitions of an experiment."""
 
     seeds: int = 5
-    """How many drives are reported."""
+    """Number of drives that are reported."""
     world: World = PAPER
     duration: float = DURATION
 

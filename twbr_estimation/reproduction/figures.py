@@ -55,7 +55,7 @@ def scale_errors(plan: Plan) -> list[dict[str, Any]]:
 
 
 def _poses(world: World, seed: int) -> tuple[Recording, Setup]:
-    """Return held poses, and a setup that knows biases but no scale errors."""
+    """Return held poses, and a setup with the biases but without scale errors."""
     made = simulate(world, POSES_DT, POSES_DURATION, seed, "poses")
     unknown = replace(made.setup.calibration, accel_scale_x=(), accel_scale_z=())
     return made.recording, replace(made.setup, calibration=unknown)

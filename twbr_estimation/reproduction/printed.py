@@ -80,7 +80,7 @@ FIGURE_12 = ("alpha_beta_wb", 0.01)
 STAND_ACCELEROMETER_DEG = 1.25
 """Chudzik 2021, text on Fig. 7: standard deviation of the accelerometer's angle [deg]."""
 STAND_UNCERTAINTY_DEG = 1.0
-"""Chudzik 2021, section II: the uncertainty that a stable vehicle asks for [deg]."""
+"""Chudzik 2021, section II: the uncertainty that a stable vehicle needs [deg]."""
 
 TABLE_3: Mapping[str, tuple[float, float, float]] = {
     "DMP": (0.0148, 0.0115, 0.0129),

@@ -1,4 +1,4 @@
-"""What the page of the reproduction says about each part."""
+"""Remarks on each part, for the page of the reproduction."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ World `stand` at 100 Hz, its gyro bias of 0.7 deg/s left in the readings as in t
 filters are tuned on all four scenes together and scored after 10 s. Fig. 10 is the settings too
 fast and too slow, a tenth and ten times as long on the gyro. The paper prints pictures and few
 numbers. The 1.25 deg of the accelerometer with the drive running (Fig. 7) is what the drive's
-vibration was scaled to, so its agreement says nothing. That a vehicle needs less than 1 deg, and
+vibration was scaled to, so its agreement is no evidence. That a vehicle needs less than 1 deg, and
 that either tuned filter keeps it, holds here in every scene as an rms error; single jerks that
 saturate the sensors go beyond it. That detuned filters fail holds in part: too slow, both pass
 1 deg by the gyro's bias; too fast, the complementary filter does among jerks while the Kalman
@@ -56,17 +56,17 @@ filters take the gyro, and lag by a sample at most. `twbr reproduce stand --plot
     "table3": """\
 The paper's robot (its Table II) balances on the spot and spins, held by the paper's own
 controllers, see `simulation/spinning.py`; of each spin the first
-third is not scored. The filters are told that the IMU sits at the centre of mass. Its 15.7 mm
+third is not scored. The filters assume that the IMU sits at the centre of mass. Its 15.7 mm
 before the axle reproduce the columns of 5 and 10 rad/s: the centripetal acceleration tilts
 what the accelerometer takes for up. Without a spin the model of this robot is exact, which the
 paper's is not, so the filters with a model do better than printed.
 
 The yaw EKF owes its good figure to misprints: with the terms of the squared yaw rate as
 printed in (46), (47) the offset's effect nearly cancels, with the right ones it does not. And
-neither survives a gyro that feels some of the spin, from .2 % cross-axis or .012 rad of roll
+neither survives a gyro that measures a part of the spin, from 0.2 % cross-axis or 0.012 rad of roll
 and pitch between IMU and body: it takes the tilt for turning. The filter that calibrates itself
-learns gyro bias, cross-axis share, accelerometer bias and offset, and loses nothing. And
-who knows where the IMU sits needs no model: the paper's complementary filter behind the
+learns gyro bias, cross-axis share, accelerometer bias and offset, and loses nothing. With a
+known position of the IMU no model is needed: the paper's complementary filter behind the
 correction, which takes the terms of turning out, beats every printed filter with an IMU that is
 only in the wrong place.
 The chip's own DMP cannot be simulated; recordings with one are evaluated with
@@ -76,7 +76,7 @@ The chip's own DMP cannot be simulated; recordings with one are evaluated with
 times too much, and the filter follows the accelerometer. With dt² the same printed values are
 on a par with the tuned filters: the paper's verdict against the Kalman filter rests on this.""",
     "saturation": """\
-The printed gains of 10 ms trust the gyro for ten seconds, and what a saturated gyro misses in
+The printed gains of 10 ms follow the gyro for ten seconds, and the error of a saturated gyro in
 an impact stays in the estimate that long. A single bad drive is then enough for the 12 to 14
 deg² that the paper prints as verification at 10 ms, where it suspects over-fitting: compare the
 worst drive with and without the sensors' full scales.""",

@@ -16,10 +16,10 @@ from .stand import stand
 from .tables import table1, table2
 
 PARTS = ("table1", "table2", "fig9", "fig11", "fig12", "causes", "stand", "table3")
-"""What can be done again; `fig9` stands for Figs 9 and 10, `stand` for Chudzik 2021, `table3` for
+"""Parts that can be reproduced; `fig9` means Figs 9 and 10, `stand` Chudzik 2021, `table3`
 Sihite 2018."""
 DRAWN = ("fig12", "stand")
-"""What can be drawn."""
+"""Parts that can be drawn."""
 
 
 def reproduce(

@@ -26,7 +26,7 @@ SENSORS: Mapping[str, SpinSensor] = {
     "and .2 % cross-axis": SpinSensor(gyro_cross_axis=0.002),
     "and .012 rad mounting": SpinSensor(gyro_cross_axis=0.002, mounting_error=0.012),
 }
-"""What is wrong with the IMU, each with all that is wrong with the one before."""
+"""Errors of the IMU; each entry includes the errors of the one before."""
 PLAIN = CorrectionSettings(euler=False, centrifugal=False, wheel=False, yaw=False)
 """The paper's complementary filters take the accelerometer as it is."""
 
@@ -39,7 +39,7 @@ class SpinRow(NamedTuple):
     printed: str = ""
     """Its row in Table III; none where it is ours."""
     corrected: bool = False
-    """Whether it is told where the IMU sits, and the correction takes all motion terms out."""
+    """Whether it gets the IMU's position, and the correction removes all motion terms."""
 
 
 def rows() -> dict[str, SpinRow]:
@@ -104,12 +104,12 @@ def spin_errors(
         False: replace(spun.setup, correction=PLAIN),
         True: replace(spun.setup, robot=informed),
     }
-    tracks = {told: Drive(recording, setup).corrected for told, setup in setups.items()}
+    tracks = {known: Drive(recording, setup).corrected for known, setup in setups.items()}
     first = round(SETTLING_SHARE * reference.tilt.size)
     errors = {}
     for name, row in rows().items():
-        told = row.corrected
-        error = _tilt(row, tracks[told], setups[told]) - reference.tilt
+        known = row.corrected
+        error = _tilt(row, tracks[known], setups[known]) - reference.tilt
         errors[name] = float(np.sqrt(np.mean(np.square(error[first:]))))
     return errors
 

@@ -29,7 +29,7 @@ SCENES: Mapping[str, int] = {"static": 6, "vibrating": 7, "pendulum": 8, "jerkin
 ACCELEROMETER = "accelerometer"
 FILTERS = ("complementary", "kalman_tuned")
 DETUNING: Mapping[str, float] = {"tuned": 1.0, "too fast": 0.1, "too slow": 10.0}
-"""Factor on the time for which a filter trusts the gyro."""
+"""Factor on the time for which a filter follows the gyro."""
 SETTLED = ScoringOptions(skip=10.0)
 """The charts of the paper begin long after its filters did."""
 
@@ -95,7 +95,7 @@ def _tuned(plan: Plan, workers: Workers, report: Report) -> dict[str, dict[str, 
 
 
 def detuned(name: str, values: Mapping[str, float], factor: float) -> dict[str, float]:
-    """Return the settings with which a filter trusts the gyro `factor` times as long."""
+    """Return the settings with which a filter follows the gyro `factor` times as long."""
     if name == "complementary":
         return {**values, "time_constant": factor * values["time_constant"]}
     return {**values, "r": factor * factor * values["r"]}  # the gain goes with sqrt(q1 / r)

@@ -1,4 +1,4 @@
-"""How far an estimate is from the reference encoder: Laddach 2022 (5) and its companions.
+"""Error of an estimate against the reference encoder: Laddach 2022 (5) and related figures.
 
 Estimate and reference are associated in time before anything is compared: the reference is
 interpolated at the stamps of the estimate, and stamps that fall into a gap of the reference
@@ -32,7 +32,7 @@ _LARGEST_DELAY = 0.5  # [s]; beyond it a linearised search means nothing
 
 @dataclass(frozen=True, slots=True)
 class ScoringOptions:
-    """How estimates are compared with the reference."""
+    """Settings of the comparison with the reference."""
 
     reference_delay: float = 0.0
     """The estimate stamped t is compared with the reference at t minus this [s]."""
@@ -55,7 +55,7 @@ class Score:
     max_abs_deg: float
     """Largest error [deg]."""
     delay_s: float
-    """How much the estimate lags behind the reference [s]; 0 where nothing moved."""
+    """Lag of the estimate behind the reference [s]; 0 where nothing moved."""
     samples: int
     """Samples compared."""
     left_out: int
@@ -73,13 +73,13 @@ class RecordingScore:
     """IMU samples in the recording."""
     estimators: Mapping[str, Score]
     repairs: Mapping[str, int] = field(default_factory=dict)
-    """What had to be mended in the recording."""
+    """Repairs of the recording."""
     warnings: Sequence[str] = ()
-    """What a user should know about these figures."""
+    """Warnings about these figures."""
     reference: str = "encoder"
-    """What the errors refer to: the encoder, or SMOOTHED where the recording has none."""
+    """Reference of the errors: the encoder, or SMOOTHED where the recording has none."""
     smoothed_deviation_deg: float | None = None
-    """What the smoothed tilt may be off by its own account, rms [deg]; None without one."""
+    """Stated uncertainty of the smoothed tilt, rms [deg]; None without one."""
 
     def __str__(self) -> str:
         """Return the table that `twbr evaluate` prints."""
@@ -319,7 +319,7 @@ def score_recording(
 def _finite(
     estimates: Mapping[str, TiltTrack], start: int
 ) -> tuple[dict[str, TiltTrack], list[str]]:
-    """Return the estimates that stay numbers, and what is to be said of the others."""
+    """Return the estimates that stay finite, and warnings about the others."""
     kept, found = {}, []
     for name, track in estimates.items():
         wild = ~(np.abs(track.tilt) < LARGEST_TILT)

@@ -1,6 +1,6 @@
-"""How a user names an estimator of their own: its topic, and what turns its values into ours.
+"""Description of a user's own estimator: its topic, and the conversion of its values.
 
-The same text serves `twbr evaluate --estimator NAME=...` and the evaluator's parameter
+The same text is used by `twbr evaluate --estimator NAME=...` and the evaluator's parameter
 `estimators`: `TOPIC[:JOINT][,sign=-1][,unit=deg][,offset_deg=NUMBER]`.
 """
 

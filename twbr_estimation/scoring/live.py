@@ -57,7 +57,7 @@ class TiltBuffer:
         self._fresh.append((stamp, tilt))
 
     def is_of_another_pass(self, stamp: int) -> bool:
-        """Whether `stamp` [ns] lies more than `RESTART_GAP` before the last one."""
+        """Whether `stamp` [ns] is more than `RESTART_GAP` before the last one."""
         return self.last_stamp is not None and stamp < self.last_stamp - _RESTART
 
     def merge(self) -> None:

@@ -1,7 +1,7 @@
-"""What shakes, pushes and commands the robot, drawn beforehand as one row per step.
+"""Vibration, pushes and commands of the robot, drawn in advance as one row per step.
 
-Each kind of disturbance has a random stream of its own, so that changing one leaves the
-others as they were; and a longer drive begins as a shorter one does.
+Each kind of disturbance has a separate random stream: a change of one leaves the others
+unchanged, and a longer drive begins like a shorter one.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ SINE_FREQUENCIES = (0.5, 1.6)
 STEP_SHARE = 0.4
 """Share of the tasks that are steps."""
 SPEED_SHARE = 0.38
-"""Share of a sine's speed that the controller is told."""
+"""Share of a sine's speed that the controller receives."""
 
 TASK_SECONDS = (1.0, 3.0)
 BUMP_CUTOFF = 25.0

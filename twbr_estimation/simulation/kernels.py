@@ -15,7 +15,7 @@ from .disturbances import STEP, Disturbances
 from .planar_sensing import Mount, PlanarMotion, at_rest, sense, sense_stretch
 from .rig import Inputs, RigState, next_voltage, stretch
 from .rig_controller import BalanceGains
-from .spatial_sensing import Felt
+from .spatial_sensing import ImuInput
 
 _SOURCES = ("samples.py", "plants/*.py", "sensors/error_model.py", "simulation/*.py")
 
@@ -68,15 +68,20 @@ def measure(
     return readings
 
 
-def measure_felt(
-    felt: Felt, mount: Mount, errors: ImuErrors, drift: FloatArray, noise: FloatArray, every: int
+def measure_input(
+    imu_input: ImuInput,
+    mount: Mount,
+    errors: ImuErrors,
+    drift: FloatArray,
+    noise: FloatArray,
+    every: int,
 ) -> FloatArray:
-    """Read the IMU at every `every`-th step of what it feels, n steps in its own axes.
+    """Read the IMU at every `every`-th of n steps, its input in sensor axes.
 
     The other arguments and the result are those of `measure`.
     """
     readings = np.empty_like(noise)
-    inputs = np.column_stack([felt.rate, felt.force])
+    inputs = np.column_stack([imu_input.rate, imu_input.force])
     lags = (mount.gyro_lag, mount.accel_lag)
     _measure_felt_kernel()(inputs, lags, errors, drift, noise, every, readings)
     return readings

@@ -19,7 +19,7 @@ RESIDUAL_RMS = 1.264
 
 
 class PlanarMotion(NamedTuple):
-    """How the robot moves at one instant."""
+    """Motion of the robot at one instant."""
 
     velocity: float
     """Axle velocity [m/s]."""
@@ -36,7 +36,7 @@ class PlanarMotion(NamedTuple):
 
 
 class Mount(NamedTuple):
-    """How the IMU is fixed to the body, and how fast it is."""
+    """Position, orientation and bandwidth of the IMU on the body."""
 
     forward: float
     """Lever arm from the axle [m]."""
@@ -49,7 +49,7 @@ class Mount(NamedTuple):
 
 
 class SensedMotion(NamedTuple):
-    """What reaches the sensing elements, in sensor axes, and the motion one step ago."""
+    """Input of the sensing elements, in sensor axes, and the motion one step ago."""
 
     rate: Triple
     """Angular rate [rad/s]."""
@@ -59,7 +59,7 @@ class SensedMotion(NamedTuple):
 
 
 def at_rest(motion: PlanarMotion, mount: Mount) -> SensedMotion:
-    """Return what the sensor feels on a robot that has not moved for long."""
+    """Return the input of a sensor whose robot has been at rest for a long time."""
     force = _to_sensor(_specific_force(motion, motion, mount), mount.rotation)
     return SensedMotion(_to_sensor((0.0, motion.rate, 0.0), mount.rotation), force, motion)
 
@@ -103,7 +103,7 @@ def _sensor_velocity(motion: PlanarMotion, mount: Mount) -> tuple[float, float]:
 def _specific_force(last: PlanarMotion, now: PlanarMotion, mount: Mount) -> Triple:
     """Return the mean specific force over a step, body axes [m/s^2].
 
-    Differences of velocity, so that an impulse within the step is felt.
+    It is a difference of velocities, so that it includes an impulse within the step.
     """
     forward_before, up_before = _sensor_velocity(last, mount)
     forward_now, up_now = _sensor_velocity(now, mount)
@@ -176,7 +176,7 @@ def imu_errors(
 
 
 def gyro_cross(world: World, seed: int) -> FloatArray:
-    """Return the share of each other axis that a gyro axis feels, (3, 3); signs by seed."""
+    """Return the cross-axis sensitivity of the gyro, (3, 3); signs by seed."""
     signs = stream(seed, "gyro cross").choice([-1.0, 1.0], (3, 3))
     return np.asarray(world.gyro_cross_axis * signs * (1.0 - np.eye(3)), dtype=np.float64)
 

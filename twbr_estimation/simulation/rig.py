@@ -26,21 +26,21 @@ from .planar_sensing import PlanarMotion
 from .rig_controller import BalanceGains, balance_voltage
 
 PUSH_HEIGHT = 0.18
-"""Where pushes act, above the axle [m]."""
+"""Height above the axle at which pushes act [m]."""
 STOP_TILT = 0.635
-"""Where the frame hits the hard stops [rad]."""
+"""Tilt at which the frame hits the hard stops [rad]."""
 STOP_RESTITUTION = 0.15
 OBSTACLE_RESTITUTION = 0.4
 OBSTACLE_SPEED = 0.3
-"""Slowest speed at which an obstacle is felt [m/s]."""
+"""Lowest speed at which an obstacle has an effect [m/s]."""
 LYING_SECONDS = 0.25
-"""How long the robot lies before it is stood up again [s]."""
+"""Time on the ground before the robot is stood up again [s]."""
 DRAG = 20.0
-"""Resistance to rolling while the robot lies or is held [N s/m]."""
+"""Resistance to rolling while the robot is on the ground or held [N s/m]."""
 LIFT_FREQUENCY = 8.0
 """Natural frequency of the hand that stands it up [rad/s]."""
 UPRIGHT_TILT, UPRIGHT_RATE = 0.03, 0.2
-"""Where the hand lets go [rad], [rad/s]."""
+"""Largest tilt and rate at which the hand releases the robot [rad], [rad/s]."""
 VIBRATION_LEVEL = 0.15
 """Vibration at unit level [m/s^2]."""
 BUMP_LEVEL = 0.45
@@ -85,7 +85,7 @@ class RigState(NamedTuple):
     origin: float = 0.0
     """Position the commands count from [m]."""
     obstacle: bool = False
-    """Whether an obstacle lies ahead."""
+    """Whether an obstacle is ahead."""
     falls: int = 0
     ring_forward: Ring = Ring()
     ring_up: Ring = Ring()
@@ -139,7 +139,7 @@ def step(
 def _contacts(
     moved: PlantState, obstacle: bool, plant: PlantParameters
 ) -> tuple[PlantState, bool, bool]:
-    """Return the state after impacts, if an obstacle still lies ahead, if a stop was hit."""
+    """Return the state after impacts, if an obstacle is still ahead, if a stop was hit."""
     if obstacle and abs(moved.velocity) > OBSTACLE_SPEED:
         moved = stop_axle(moved, OBSTACLE_RESTITUTION, plant)
         obstacle = False
@@ -238,7 +238,7 @@ def stretch(
 def next_voltage(
     state: RigState, inputs: Inputs, pending: float, gains: BalanceGains, limit: float
 ) -> float:
-    """Return what the balance controller asks for; nothing while the robot is held."""
+    """Return the balance controller's output; zero while the robot is held."""
     if state.mode != BALANCING:
         return 0.0
     target = state.origin + inputs.target

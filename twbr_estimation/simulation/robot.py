@@ -1,7 +1,7 @@
 """The rig one step at a time, with the motors' command from outside.
 
-The functions are those of the compiled drive, and so are the random streams: a robot that gets
-the drive's own commands makes the very recording that `simulate` makes.
+Functions and random streams are those of the compiled drive: a robot that receives the drive's
+own commands gives the same recording as `simulate`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _CLOSING_STEPS = round(1.0 / STEP)
 
 
 class Truth(NamedTuple):
-    """How the robot really moves."""
+    """True motion of the robot."""
 
     tilt: float
     """[rad]."""
@@ -86,7 +86,7 @@ class SimulatedRobot:
             imu_period: between two readings [s], a multiple of `STEP`.
             duration: for which disturbances are drawn [s]; then they come again, after a second
                 in which what changes slowly goes back to where it began.
-            robot: what the estimator is told of the robot; the defaults where None.
+            robot: the robot's parameters as the estimator gets them; the defaults where None.
             disturbed: whether pushes, obstacles, slips, slopes and turns come by themselves;
                 vibration and the sensors' errors stay.
             command_delay: from a command to the motors [s], a multiple of `STEP`.
@@ -130,7 +130,7 @@ class SimulatedRobot:
         drawn = disturb(world, steps, seed)
         if not disturbed:
             drawn = replace(drawn, slope=np.zeros(steps))
-        if spatial:  # each wheel slips by itself
+        if spatial:  # each wheel slips independently
             drawn = replace(drawn, slip=np.zeros(steps))
         drawn = replace(
             drawn,
@@ -162,17 +162,17 @@ class SimulatedRobot:
 
     @property
     def falls(self) -> int:
-        """How often the robot fell to its stops while it balanced."""
+        """Number of falls to the stops while the robot balanced."""
         return self._state.falls
 
     @property
     def held(self) -> bool:
-        """Whether the robot lies, or is being stood up: the motors are without effect then."""
+        """Whether the robot is on the ground or being stood up: the motors have no effect then."""
         return self._state.mode != BALANCING
 
     @property
     def truth(self) -> Truth:
-        """How the robot moves now."""
+        """Present motion of the robot."""
         plant, senses = self._state.plant, self._senses
         return Truth(
             plant.tilt, plant.rate, plant.position, plant.velocity, senses.heading, senses.yaw_rate
@@ -180,7 +180,7 @@ class SimulatedRobot:
 
     @property
     def told_target(self) -> tuple[float, float]:
-        """Position [m] and speed [m/s] that the rig's own drive would be told now."""
+        """Position [m] and speed [m/s] that the rig's own drive would be commanded now."""
         row = self._inputs[self._step % self._count]
         return self._state.origin + float(row[3]), float(row[4])
 
@@ -193,7 +193,7 @@ class SimulatedRobot:
         self._waves.append((_SLIP, self._step, _steps("duration", duration), speed))
 
     def obstacle(self) -> None:
-        """Lay an obstacle before the wheels, which is felt as soon as they are fast enough."""
+        """Put an obstacle before the wheels; it takes effect as soon as they are fast enough."""
         self._state = self._state._replace(obstacle=True)
 
     def place(self, tilt: float = 0.0) -> None:
@@ -265,7 +265,7 @@ class SimulatedRobot:
     def _read(self) -> SensorReading:
         """Read all sensors now."""
         index = (self._step // self._every) % len(self._noise)
-        rate, force = self._senses.felt()
+        rate, force = self._senses.imu_input()
         imu = self._read_imu(
             rate, force, tuple(self._drift[index]), tuple(self._noise[index]), self._errors
         )

@@ -1,4 +1,4 @@
-"""What the robot does in a simulation, or the sensor on the stand of Chudzik 2021."""
+"""Scenes of a simulation: motion of the robot, or of the stand of Chudzik 2021."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .worlds import World
 POSE_LIMIT = math.radians(80.0)
 """Largest angle of the poses [rad]."""
 POSE_SECONDS, MOVE_SECONDS = 3.0, 1.0
-"""How long a pose is held, and how long the way to it takes [s]."""
+"""Time for which a pose is held, and time to reach it [s]."""
 
 
 class Performed(NamedTuple):
@@ -33,7 +33,7 @@ class Performed(NamedTuple):
     """(n, 8) with the fields of `PlanarMotion`."""
     falls: int
     turning: Turning | None = None
-    """What is added to the planar motion, in a world with turns."""
+    """Addition to the planar motion, in a world with turns."""
     wheels: bool = True
     """Whether there are wheels to be counted."""
 
@@ -44,7 +44,7 @@ def _drive(world: World, plant: PlantParameters, steps: int, seed: int) -> Perfo
     disturbances = disturb(world, steps, seed)
     if world.track_width == 0.0:
         return Performed(*drive(disturbances, plant, gains, period))
-    disturbances = replace(disturbances, slip=np.zeros(steps))  # each wheel slips by itself
+    disturbances = replace(disturbances, slip=np.zeros(steps))  # each wheel slips independently
     return Performed(*drive(disturbances, plant, gains, period), turning(world, steps, seed))
 
 

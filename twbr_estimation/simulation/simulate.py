@@ -12,10 +12,10 @@ from ..errors import ConfigurationError
 from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from .disturbances import STEP, gyro_drift, stream
-from .kernels import measure, measure_felt
+from .kernels import measure, measure_input
 from .planar_sensing import PlanarMotion, gyro_cross, imu_errors, mount_of, quantised
 from .scenes import SCENES, Performed
-from .spatial_sensing import felt, in_sensor_axes, wheel_angles
+from .spatial_sensing import imu_input, in_sensor_axes, wheel_angles
 from .turning import straight
 from .worlds import World, world_named
 
@@ -34,22 +34,22 @@ class Simulated:
 
     recording: Recording
     setup: Setup
-    """Robot and calibration as the estimator is told."""
+    """Robot and calibration as the estimator gets them."""
     true_setup: Setup
     """Robot and calibration as they are; `gyro_scale` undoes the gyro's scale error."""
     world: World
     scene: str
     seed: int
     falls: int
-    """How often the robot fell to its stops."""
+    """Number of falls to the stops."""
     saturated: float
     """Share of the samples with a saturated gyro axis."""
     events: tuple[Event, ...] = ()
-    """What happens to the robot, where the scene says it."""
+    """Events of the robot, where the scene defines them."""
 
     @property
     def drive(self) -> Drive:
-        """The recording, with the setup that the estimator is told."""
+        """The recording, with the setup that the estimator gets."""
         from ..drives import Drive  # which a node that simulates has no use for
 
         return Drive(self.recording, self.setup)
@@ -101,28 +101,28 @@ def _sampling(dt: float, duration: float) -> tuple[int, int]:
 
 
 def setups_of(world: World, seed: int, robot: Robot | None = None) -> tuple[Setup, Setup]:
-    """Return the setup the estimator is told, and the true one; signs vary by seed."""
+    """Return the setup that the estimator gets, and the true one; signs vary by seed."""
     signs = stream(seed, "geometry").choice([-1.0, 1.0], 4).tolist()
     usual = Robot(lever_arm=(0.0, 0.0, world.lever_arm))
-    told = replace(robot or usual, track_width=world.track_width, gyro_delay=world.gyro_lag)
-    arm = told.lever_arm
+    assumed = replace(robot or usual, track_width=world.track_width, gyro_delay=world.gyro_lag)
+    arm = assumed.lever_arm
     true = replace(
-        told,
-        wheel_radius=told.wheel_radius * (1.0 + signs[0] * world.wheel_radius_error),
+        assumed,
+        wheel_radius=assumed.wheel_radius * (1.0 + signs[0] * world.wheel_radius_error),
         lever_arm=(
             arm[0],
             arm[1] + signs[3] * world.lateral_arm_error,
             arm[2] + signs[1] * world.lever_arm_error,
         ),
         mounting=(
-            told.mounting[0],
-            told.mounting[1] + signs[2] * math.radians(world.mounting_error_deg),
-            told.mounting[2],
+            assumed.mounting[0],
+            assumed.mounting[1] + signs[2] * math.radians(world.mounting_error_deg),
+            assumed.mounting[2],
         ),
     )
     inverse = 1.0 / (1.0 + world.gyro_scale_error)
     calibration = replace(world.calibration, gyro_scale=(inverse, inverse, inverse))
-    return Setup(told, world.calibration), Setup(true, calibration)
+    return Setup(assumed, world.calibration), Setup(true, calibration)
 
 
 def _imu(
@@ -137,9 +137,9 @@ def _imu(
         readings = measure(performed.motion, mount, errors, drift, noise, every)
     else:
         turns = performed.turning or straight(performed.motion.shape[0])
-        body = felt(performed.motion, turns, true.robot.lever_arm)
+        body = imu_input(performed.motion, turns, true.robot.lever_arm)
         sensor = in_sensor_axes(body, true.robot.rotation(), gyro_cross(world, seed))
-        readings = measure_felt(sensor, mount, errors, drift, noise, every)
+        readings = measure_input(sensor, mount, errors, drift, noise, every)
     return ImuTrack(_stamps(samples, every), readings[:, :3].copy(), readings[:, 3:].copy())
 
 

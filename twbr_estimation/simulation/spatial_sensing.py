@@ -23,8 +23,8 @@ from .planar_sensing import PlanarMotion
 from .turning import Turning
 
 
-class Felt(NamedTuple):
-    """What acts on an IMU, one row a step, in body axes."""
+class ImuInput(NamedTuple):
+    """Input of an IMU, one row a step, in body axes."""
 
     rate: FloatArray
     """Angular rate [rad/s], (n, 3)."""
@@ -32,10 +32,10 @@ class Felt(NamedTuple):
     """Mean specific force over the step before [m/s^2], (n, 3)."""
 
 
-def felt(
+def imu_input(
     planar: FloatArray, turning: Turning, arm: tuple[float, float, float], step: float = STEP
-) -> Felt:
-    """Return what an IMU feels.
+) -> ImuInput:
+    """Return the input of an IMU.
 
     The specific force comes from differences of the sensor's velocity in the world, which hold
     every term of the lever arm, and an impulse within the step.
@@ -60,7 +60,7 @@ def felt(
     shake = np.column_stack(
         [_column(planar, name) for name in ("shake_forward", "shake_left", "shake_up")]
     )
-    return Felt(rate, np.einsum("nij,ni->nj", middle, lifted) + shake)
+    return ImuInput(rate, np.einsum("nij,ni->nj", middle, lifted) + shake)
 
 
 def attitudes(yaw: FloatArray, roll: FloatArray, tilt: FloatArray) -> FloatArray:
@@ -111,16 +111,16 @@ def wheel_angles(
     return np.column_stack(angles)
 
 
-def in_sensor_axes(felt: Felt, rotation: NDArray[np.float64], cross: FloatArray) -> Felt:
-    """Return what the sensing elements feel.
+def in_sensor_axes(body: ImuInput, rotation: NDArray[np.float64], cross: FloatArray) -> ImuInput:
+    """Return the input of the sensing elements.
 
     Args:
-        felt: in body axes.
+        body: input in body axes.
         rotation: sensor to body, (3, 3).
-        cross: share of each other axis that a gyro axis feels, (3, 3), its diagonal 0.
+        cross: cross-axis sensitivity of the gyro, (3, 3), its diagonal 0.
     """
-    rate = felt.rate @ rotation
-    return Felt(rate + rate @ cross.T, felt.force @ rotation)
+    rate = body.rate @ rotation
+    return ImuInput(rate + rate @ cross.T, body.force @ rotation)
 
 
 def _column(planar: FloatArray, name: str) -> FloatArray:

@@ -55,7 +55,7 @@ EDUMIP_ROBOT = Robot(
     back_emf_constant=EMF,
     supply_voltage=SUPPLY,
 )
-"""Table II as a robot; its filters are told that the IMU sits at the centre of mass."""
+"""Table II as a robot; its filters assume the IMU at the centre of mass."""
 ENCODER_COUNTS = 2134
 """60 counts a turn of the motor."""
 PUSH, PUSH_SECONDS = 0.05, 0.2
@@ -66,12 +66,12 @@ SPIN_UP = 2.0
 
 @dataclass(frozen=True, slots=True)
 class SpinSensor:
-    """What the filters are not told of the IMU."""
+    """Properties of the IMU that the filters do not get."""
 
     offset: float = 0.0157
-    """How far it sits before the axle's plane [m]."""
+    """Its distance before the axle's plane [m]."""
     gyro_cross_axis: float = 0.0
-    """Modulus of the share of each other axis that a gyro axis feels."""
+    """Modulus of the gyro's cross-axis sensitivity."""
     mounting_error: float = 0.0
     """Modulus of the roll and the pitch of the sensor in the body [rad]."""
     gyro_noise: float = 5e-4
@@ -89,7 +89,7 @@ class Spun(NamedTuple):
 
     recording: Recording
     setup: Setup
-    """As the filters are told."""
+    """As the filters get it."""
 
 
 def spin(
@@ -121,8 +121,8 @@ def spin(
     pushes, parameters = _pushes(samples, seed), spatial_parameters(robot)
     loop = slc_sihite2018.reset(ControlInput(*[0.0] * 9), controller)
     _kernel()(target, pushes, parameters, lever, controller, loop, every, rows)
-    told = Calibration(gyro_noise=sensor.gyro_noise, accel_noise=sensor.accel_noise)
-    return Spun(_recording(rows, sensor, robot, yaw_rate, seed), Setup(robot, told))
+    assumed = Calibration(gyro_noise=sensor.gyro_noise, accel_noise=sensor.accel_noise)
+    return Spun(_recording(rows, sensor, robot, yaw_rate, seed), Setup(robot, assumed))
 
 
 def _pushes(samples: int, seed: int) -> FloatArray:
@@ -155,14 +155,15 @@ def _recording(
 def _read(
     rate: FloatArray, force: FloatArray, sensor: SpinSensor, seed: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what the IMU reads, for what its place feels in body axes."""
+    """Return the readings of the IMU, from rate and specific force at its place in body axes."""
     signs = stream(seed, "mounting").choice([-1.0, 1.0], 2) * sensor.mounting_error
     turned = Robot(mounting=(float(signs[0]), float(signs[1]), 0.0)).rotation()
     cross = stream(seed, "gyro cross").choice([-1.0, 1.0], (3, 3)) * (1.0 - np.eye(3))
     noise = stream(seed, "noise").standard_normal((rate.shape[0], 6))
-    felt = rate @ turned
-    felt = felt + felt @ (sensor.gyro_cross_axis * cross).T + sensor.gyro_noise * noise[:, :3]
-    return felt, force @ turned + sensor.accel_noise * noise[:, 3:]
+    gyro_rate = rate @ turned
+    gyro = gyro_rate + gyro_rate @ (sensor.gyro_cross_axis * cross).T
+    gyro = gyro + sensor.gyro_noise * noise[:, :3]
+    return gyro, force @ turned + sensor.accel_noise * noise[:, 3:]
 
 
 @lru_cache(maxsize=1)

@@ -25,13 +25,13 @@ DAMPING = 0.03
 SWING_SECONDS = (7.0, 12.0)
 """Time from one swing to the next [s]."""
 GRIP_SECONDS = 1.5
-"""How long the hand takes to bring the axis to where it lets go [s]."""
+"""Time in which the hand brings the axis to the angle of release [s]."""
 SWING_ANGLES = (math.radians(15.0), math.radians(45.0))
-"""Where the hand lets go [rad]."""
+"""Angle at which the hand releases the axis [rad]."""
 GRIP_FREQUENCY = 12.0
 """Natural frequency of the hand that holds the axis [rad/s]."""
 STOP_ANGLE = math.radians(12.0)
-"""Where the load's swing is limited in the jerking scene [rad]."""
+"""Limit of the load's swing in the jerking scene [rad]."""
 STOP_RESTITUTION = 0.3
 JERK_RATE = 1.2
 """Jerks by the hand [1/s]."""
@@ -75,7 +75,7 @@ def jerking(steps: int, seed: int) -> FloatArray:
 
 
 def _grips(random: np.random.Generator, steps: int) -> tuple[FloatArray, FloatArray]:
-    """Return whether the hand holds the axis at each step, and at which angle it wants it."""
+    """Return whether the hand holds the axis at each step, and the target angle."""
     held, angle = np.zeros(steps), np.zeros(steps)
     length = int(GRIP_SECONDS / STEP)
     way = 0.5 - 0.5 * np.cos(np.pi * np.minimum(np.arange(length) / (0.7 * length), 1.0))
@@ -95,7 +95,7 @@ def _swung(push: FloatArray, held: FloatArray, angle: FloatArray, stop: float) -
     Args:
         push: angular acceleration by the hand [rad/s^2], (n,).
         held: 1 where the hand holds the axis, (n,).
-        angle: where it wants it [rad], (n,).
+        angle: its target angle [rad], (n,).
         stop: largest angle [rad].
 
     Returns:

@@ -1,4 +1,4 @@
-"""What IMU and wheel encoders feel of a motion that comes stretch by stretch.
+"""Inputs of IMU and wheel encoders for a motion that is given stretch by stretch.
 
 In a plane, and in three dimensions where the robot turns and rolls. The equations are those of
 `sensing` and `spatial`, which whole recordings are made with.
@@ -15,7 +15,7 @@ from ..robot import Robot
 from ..sensors.error_model import Triple, low_passed
 from .disturbances import STEP
 from .planar_sensing import Mount, PlanarMotion, SensedMotion, at_rest, sense, sense_stretch
-from .spatial_sensing import felt, in_sensor_axes, wheel_angles
+from .spatial_sensing import imu_input, in_sensor_axes, wheel_angles
 from .turning import Turning
 
 Rows = Any
@@ -38,7 +38,7 @@ class Senses(Protocol):
         """Go on through n rows; `step` is the number of the last row before."""
         ...
 
-    def felt(self) -> tuple[Triple, Triple]:
+    def imu_input(self) -> tuple[Triple, Triple]:
         """Return angular rate [rad/s] and specific force [m/s^2] in sensor axes."""
         ...
 
@@ -73,7 +73,7 @@ class PlanarSenses:
         del step
         self._sensed = self._sense(self._sensed, rows, self._mount)
 
-    def felt(self) -> tuple[Triple, Triple]:
+    def imu_input(self) -> tuple[Triple, Triple]:
         """As `Senses`."""
         return self._sensed.rate, self._sensed.force
 
@@ -121,7 +121,7 @@ class SpatialSenses:
         self.heading += STEP * float(np.sum(0.5 * (yaw[1:] + yaw[:-1])))
         self.yaw_rate = float(yaw[-1])
 
-    def felt(self) -> tuple[Triple, Triple]:
+    def imu_input(self) -> tuple[Triple, Triple]:
         """As `Senses`."""
         x, y, z, forward, left, up = self._sensed
         return (x, y, z), (forward, left, up)
@@ -138,7 +138,7 @@ class SpatialSenses:
     def _elements(self, planar: FloatArray, turns: Turning) -> FloatArray:
         """Return what acts on the sensing elements, (n, 6)."""
         sensor = in_sensor_axes(
-            felt(planar, turns, self._robot.lever_arm), self._rotation, self._cross
+            imu_input(planar, turns, self._robot.lever_arm), self._rotation, self._cross
         )
         return np.column_stack([sensor.rate, sensor.force])
 

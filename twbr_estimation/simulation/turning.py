@@ -1,7 +1,7 @@
-"""How a robot turns about the vertical and rolls over uneven ground, and slips wheel by wheel.
+"""Turns about the vertical, roll over uneven ground, and slip of each wheel.
 
-Yaw rate and roll are prescribed: they are added to the planar drive, whose tilt and speed do
-not feel them. Every kind has a random stream of its own, as in `disturbances`.
+Yaw rate and roll are prescribed: they are added to the planar drive and do not influence its
+tilt and speed. Each kind has a separate random stream, as in `disturbances`.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from .disturbances import SLIP_SECONDS, SLIP_SPEED, STEP, WEAKEST, half_sines, s
 from .worlds import World
 
 TURN_SECONDS = (1.0, 3.0)
-"""How long the robot keeps a yaw rate [s]."""
+"""Time for which the robot keeps a yaw rate [s]."""
 STRAIGHT_SHARE = 0.25
 """Share of the time it drives straight ahead."""
 SIDE_SLOPE_SECONDS = (2.0, 4.0)
-"""How long it stays on a side slope [s]."""
+"""Time on a side slope [s]."""
 SMOOTHING = 0.25
 """Time over which yaw rate and side slope are averaged twice [s]."""
 CURB_RATE = 0.4
@@ -30,7 +30,7 @@ CURB_SECONDS = (0.25, 0.6)
 
 @dataclass(frozen=True, slots=True)
 class Turning:
-    """What is added to the planar drive, one row a step of `STEP`; n steps."""
+    """Addition to the planar drive, one row a step of `STEP`; n steps."""
 
     yaw_rate: FloatArray
     """Rate of the heading about the world's vertical [rad/s], (n,)."""

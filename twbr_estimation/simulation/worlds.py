@@ -49,15 +49,15 @@ class World:
     calibration: Calibration = PAPER_CALIBRATION
     """The deterministic errors, which the estimator's calibration takes away."""
     calibration_residual: float = 0.0
-    """What calibration leaves of them [m/s^2], rms over a forward and a vertical axis."""
+    """Remainder after calibration [m/s^2], rms over a forward and a vertical axis."""
     digital: bool = True
     """Whether sensors and encoders saturate and are quantised."""
     lever_arm_error: float = 0.0
-    """Modulus of the error of the lever arm the estimator is told [m]."""
+    """Modulus of the error of the lever arm that the estimator gets [m]."""
     wheel_radius_error: float = 0.0
-    """Modulus of the relative error of the wheel radius the estimator is told."""
+    """Modulus of the relative error of the wheel radius that the estimator gets."""
     mounting_error_deg: float = 0.0
-    """Modulus of the pitch of the IMU that the estimator is not told of [deg]."""
+    """Modulus of the pitch of the IMU that the estimator does not get [deg]."""
     slips_per_second: float = 0.0
     """Rate of wheel slips [1/s]."""
     vibration: float = 1.0
@@ -76,9 +76,9 @@ class World:
     roll_deg: float = 0.0
     """Steepest side slope, and highest bump under one wheel [deg]."""
     lateral_arm_error: float = 0.0
-    """How far the IMU is off the middle, to either side, untold [m]."""
+    """Offset of the IMU from the middle, to either side, that the estimator does not get [m]."""
     gyro_cross_axis: float = 0.0
-    """Modulus of the share of each other axis that a gyro axis feels."""
+    """Modulus of the gyro's cross-axis sensitivity."""
     lever_arm: float = Robot().lever_arm[2]
     """Height of the IMU above the axle [m]."""
     reference_counts: int = 2000

@@ -17,20 +17,20 @@ TINY = 1e-12
 
 
 class BackwardState(NamedTuple):
-    """What a window knows with hindsight, for the one before it."""
+    """Smoothed state of a window, as the window before it needs it."""
 
     prior: Array
-    """Covariance before its measurements, (s, s)."""
+    """Covariance before the window's measurements, (s, s)."""
     transition: Array
-    """From the error after the window before, (s, s)."""
+    """Transition from the error after the window before, (s, s)."""
     found: Array
-    """Error of its state before the measurements, with hindsight, (s,)."""
+    """Smoothed error of the state before the measurements, (s,)."""
     covariance: Array
-    """Of that state, with hindsight, (s, s)."""
+    """Covariance of that state, smoothed, (s, s)."""
 
 
 def final_state() -> BackwardState:
-    """Return what the end of a recording knows."""
+    """Return the state to begin with, at the end of a recording."""
     zeros = np.zeros((STATES, STATES))
     return BackwardState(np.eye(STATES), zeros, np.zeros(STATES), zeros.copy())
 
@@ -41,14 +41,14 @@ def step_back(
     """Go back by one window.
 
     Args:
-        later: what the next window knows.
+        later: smoothed state of the next window.
         prior: of this window, (s, s).
         posterior: (s, s).
         transition: (s, s).
-        found: what its own measurements found, (s,).
+        found: error that its own measurements give, (s,).
 
     Returns:
-        What this window knows, and the error of its state after its measurements, (s,).
+        The smoothed state of this window, and the error of its state after its measurements, (s,).
     """
     gain = np.ascontiguousarray(_inverse_times(later.prior, later.transition @ posterior).T)
     error = gain @ later.found

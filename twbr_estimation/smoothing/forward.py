@@ -1,9 +1,9 @@
 """The forward pass of the smoother: the error-state filter of `ins_odometer`, written down.
 
-Navigation, covariance and measurements are those of the filter. What differs is that a slip
-opens the covariance before the measurement, as noise of the step, that biases are learnt at
-all times, because what they learn wrongly is undone, and that all a backward sweep needs is
-kept.
+Navigation, covariance and measurements are those of the filter, with three differences: a slip
+increases the covariance before the measurement, as noise of the step; biases are estimated at
+all times, because the backward sweep corrects wrong ones; and everything that the backward
+sweep needs is kept.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ from ..samples import CorrectedSample, TiltEstimate
 
 
 class Pass(NamedTuple):
-    """What the forward pass carries from sample to sample."""
+    """State of the forward pass between two samples."""
 
     navigation: Navigation
     last: Reading
@@ -69,7 +69,7 @@ class Pass(NamedTuple):
 
 
 class Tape(NamedTuple):
-    """What the backward sweep needs of a block of m windows, s error states; filled in place."""
+    """Input of the backward sweep: a block of m windows, s error states; filled in place."""
 
     prior: Array
     """Covariance before the measurements, (m, s, s)."""
@@ -204,7 +204,7 @@ def _opened(
         h = wheel_slopes(nav, now, geometry)
         begin_distance(p, h)
         f[DISTANCE, :] = 0.0
-        for i, slope in zip(h.at, h.by):  # noqa: B905 (the compiler knows no strict)
+        for i, slope in zip(h.at, h.by):  # noqa: B905 (numba does not support strict)
             if i != DISTANCE:
                 f[DISTANCE, :] -= slope * f[i, :]
         change = np.zeros(STATES)

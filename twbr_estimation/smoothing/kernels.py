@@ -26,7 +26,7 @@ def _compiled(run: Callable[..., Any], *called: Callable[..., Any]) -> Any:
 
 
 class Hindsight(NamedTuple):
-    """What the backward sweep finds, by window; filled in place."""
+    """Result of the backward sweep, by window; filled in place."""
 
     before: Array
     """Error of the attitude before the measurements [rad], (m, 3)."""
@@ -73,7 +73,8 @@ def sweep_kernel() -> Any:
     """Return the compiled backward sweep over a block.
 
     It takes (tape, first window, window after the last, attitude, ends, later, hindsight),
-    fills the last, and returns what the block's first window knows and the error after it.
+    fills the last, and returns the smoothed state of the block's first window and the error after
+    it.
     """
 
     def run(

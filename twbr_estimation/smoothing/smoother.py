@@ -1,7 +1,7 @@
 """A whole recording smoothed: forward and back, block by block.
 
 Covariances of ten minutes would fill a gigabyte. The forward pass therefore keeps its state
-every `BLOCK` windows only, and is run again from there when the backward sweep comes by.
+every `BLOCK` windows only, and is repeated from there for the backward sweep.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class _Part:
 
 
 class _Checkpoint(NamedTuple):
-    """Where a block begins."""
+    """State at the begin of a block."""
 
     sample: int
     """The first sample to take in."""

@@ -22,7 +22,7 @@ _DEFAULT_TIME_CONSTANT = 0.02
 
 @dataclass(frozen=True, slots=True)
 class TunedCorrection:
-    """What tuning found for the low-pass filters."""
+    """Result of tuning the low-pass filters."""
 
     settings: CorrectionSettings
     mse_before_deg2: float

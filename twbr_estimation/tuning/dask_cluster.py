@@ -12,7 +12,7 @@ from .filter import TunedFilter, TuningTask, tune_filter
 from .workers import Improvements, Report, longest_first
 
 CONNECT_TIMEOUT = 10.0
-"""How long to look for the scheduler [s]."""
+"""Longest wait for the scheduler [s]."""
 _ATTEMPTS = 3  # how often the recordings are sent anew when the workers that held them are gone
 _LOST = ("cancelled", "lost")
 
@@ -28,7 +28,7 @@ class DaskCluster:
         """Connect to the scheduler at `address`, as in `tcp://host:8786`.
 
         Raises:
-            WorkerError: `distributed` is not installed, or nobody answers.
+            WorkerError: `distributed` is not installed, or no scheduler answers.
         """
         try:
             import distributed
@@ -100,12 +100,12 @@ class DaskCluster:
 
 
 def unit(task: TuningTask, name: str, topic: str) -> TunedFilter:
-    """Tune one filter on a worker and tell the client under `topic` how it goes."""
+    """Tune one filter on a worker and report its progress to the client under `topic`."""
     from distributed import get_worker
 
     worker = get_worker()
 
-    def tell(name: str, figure: float, values: Mapping[str, float]) -> None:
+    def report(name: str, figure: float, values: Mapping[str, float]) -> None:
         worker.log_event(topic, (name, figure, dict(values)))
 
-    return tune_filter(task, name, Improvements(name, tell))
+    return tune_filter(task, name, Improvements(name, report))

@@ -21,7 +21,7 @@ tilt, as most do, would not miss it."""
 
 @dataclass(frozen=True, slots=True)
 class TunedFilter:
-    """What tuning found for one filter."""
+    """Result of tuning one filter."""
 
     name: str
     values: Mapping[str, float]
@@ -45,7 +45,7 @@ class TunedFilter:
 
 @dataclass(frozen=True, slots=True)
 class TuningTask:
-    """What is the same for every filter that is tuned; it travels to other processes."""
+    """The part of a tuning that all filters share; it is sent to other processes."""
 
     training: tuple[TuningSet, ...]
     verification: tuple[TuningSet, ...] = ()

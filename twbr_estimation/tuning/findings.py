@@ -1,4 +1,4 @@
-"""What a user should know about tuned parameters before trusting them."""
+"""Warnings about tuned parameters: limits reached, too little motion and the like."""
 
 from __future__ import annotations
 

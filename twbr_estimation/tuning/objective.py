@@ -1,4 +1,4 @@
-"""What tuning makes small: the mean square error, with or without a price on lag and noise."""
+"""Objective of tuning: the mean square error, with or without a price on lag and noise."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class TuningSet:
     reference: FloatArray
     """Reference at the stamps of the samples [rad], (n,); 0 where there is none."""
     known: NDArray[np.bool_]
-    """Where there is a reference, (n,)."""
+    """True where there is a reference, (n,)."""
     slope: FloatArray
     """The reference's rate where it is known [rad/s], (k,)."""
     saturated: float

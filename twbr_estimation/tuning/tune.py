@@ -45,7 +45,7 @@ Smoothing = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True)
 class TuningRequest:
-    """What to tune, on which recordings."""
+    """Filters to tune and recordings to tune on."""
 
     training: tuple[Path, ...]
     verification: tuple[Path, ...] = ()

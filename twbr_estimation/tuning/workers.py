@@ -1,7 +1,7 @@
-"""Who tunes the filters: this process, a pool of local ones, or a Dask cluster.
+"""Workers that tune the filters: this process, a pool of local ones, or a Dask cluster.
 
-A unit of work is one filter on all the training recordings. Whoever does it reports the best
-values on the way, so that an interrupted run loses nothing.
+A unit of work is one filter on all the training recordings. Each worker reports the best values
+so far, so that an interrupted run loses nothing.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def _drain(reports: Any, report: Report) -> None:
 
 
 class _WorkerState:
-    """What a worker process holds: one a process, set up when it begins."""
+    """State of a worker process, set up when it begins."""
 
     task: TuningTask
     reports: Any
@@ -163,7 +163,7 @@ class _WorkerState:
 
 
 def _begin(task: TuningTask, reports: Any, stop: Any) -> None:
-    reports.cancel_join_thread()  # what nobody reads any more must not keep the process
+    reports.cancel_join_thread()  # unread reports must not keep the process
     _WorkerState.task, _WorkerState.reports, _WorkerState.stop = task, reports, stop
 
 
@@ -173,6 +173,6 @@ def _unit(name: str) -> TunedFilter:
     def watch(figure: float, values: Mapping[str, float]) -> None:
         improvements(figure, values)
         if _WorkerState.stop.is_set():
-            raise WorkerError(f"{name}: told to stop")
+            raise WorkerError(f"{name}: stopped on request")
 
     return tune_filter(_WorkerState.task, name, watch)

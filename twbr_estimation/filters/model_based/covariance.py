@@ -1,8 +1,8 @@
-"""Small covariances: what a transition and a scalar measurement do to them.
+"""Small covariances: propagation by a transition and update by a scalar measurement.
 
-Both are spelled twice: with whole rows for the interpreter, in loops for the compiler, which
-would take seconds over each array expression. The spellings do the same operations on each
-element in the same order.
+Both are written twice: with whole rows for the interpreter, in loops for the compiler, which
+needs seconds for each array expression. Both versions do the same operations on each element in
+the same order.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def observed(x: Array, p: Array, h: Array, residual: float, variance: float) -> 
 
 
 def forget(p: Array, index: int, variance: float) -> None:
-    """Make one entry independent of all others, with a variance of its own; changes `p`."""
+    """Make one entry independent of all others, with a given variance; changes `p`."""
     for j in range(p.shape[0]):
         p[index, j] = p[j, index] = 0.0
     p[index, index] = variance

@@ -1,11 +1,11 @@
 """The engine of the filters with a model of the robot, Sihite 2018 (40)-(57).
 
 Motor voltages drive the prediction; wheel encoders, gyro and the forward specific force correct
-it. The specific force is the calibrated reading in body axes, without the terms of the robot's
-motion taken out, because the model knows them. It is predicted for the IMU's own place
+it. The specific force is the calibrated reading in body axes, with the terms of the robot's
+motion, because the model includes them. It is predicted for the IMU's own place
 (`Robot.lever_arm`), where the paper's IMU sits at the centre of mass.
 
-Without wheels or motors, lying, or after a pause, there is no model to go by: the gyro is then
+Without wheels or motors, after a fall, or after a pause, the model cannot be used: the gyro is then
 integrated and the corrected angle measured, as in the complementary Kalman filter (2), (39).
 """
 
@@ -37,11 +37,11 @@ LARGEST_TILT = 0.5
 LONGEST_STEP = 0.05
 """A longer pause of the samples is not predicted by the model [s]."""
 LOST, LOST_SECONDS = 0.5, 1.0
-"""Where the corrected angle is so far off [rad], on the mean of this time, all begins again."""
+"""Mean deviation from the corrected angle at which the filter restarts [rad], and its time."""
 FIRST_WHEEL_RATE = 10.0
 """Standard deviation of the wheels' rate when they come in [rad/s]."""
 FIRST_YAW_RATE = 0.5
-"""The same of the yaw rate, which the gyro tells [rad/s]."""
+"""The same of the yaw rate, which the gyro measures [rad/s]."""
 TILT_SHARE = 0.02
 """(39): growth of the tilt's variance per second, as a share of that of the angle."""
 
@@ -61,14 +61,14 @@ class Noise(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """What a step needs."""
+    """Constants of a step."""
 
     model: Model
     noise: Noise
 
 
 class Core(NamedTuple):
-    """What a step remembers."""
+    """State between two steps."""
 
     x: Array
     """State, (n,)."""

@@ -1,8 +1,8 @@
-"""The model of the robot that filters predict with: state, motion, and what the IMU feels.
+"""The model of the robot that filters predict with: state, motion, and inputs of the IMU.
 
 The state is tilt, wheels against the body, heading and their rates, Sihite 2018 (28). In a filter
-that calibrates itself four more follow: gyro bias, share of the yaw rate that the tilt gyro feels,
-accelerometer bias, and the sensor's position before the axle.
+that calibrates itself four more follow: gyro bias, share of the yaw rate in the tilt gyro's
+reading, accelerometer bias, and the sensor's position before the axle.
 
 The damped motion of the wheels is integrated exactly, because a stiff motor makes the Euler steps
 of (41) unstable.
@@ -28,11 +28,11 @@ from .covariance import Array, identity
 
 TILT, WHEEL, HEADING, TILT_RATE, WHEEL_RATE, YAW_RATE = range(6)
 GYRO_BIAS, CROSS_AXIS, ACCEL_BIAS, OFFSET = range(6, 10)
-"""Where they are in the state; the second line is missing in the filters of the paper."""
+"""Indices in the state; the filters of the paper do not have the second line."""
 
 
 class Model(NamedTuple):
-    """How the robot moves and what its sensors feel."""
+    """Motion of the robot and inputs of its sensors."""
 
     linear: Linear
     force_per_tilt: float
@@ -50,7 +50,7 @@ class Model(NamedTuple):
     turns: float
     """1 where the model has the yaw rate, 0 for a robot in a plane."""
     change_share: float
-    """Share of a step's change of rate that the tilt feels: 0 is Euler's (41), a half is right."""
+    """Share of a step's change of rate that enters the tilt: 0 is Euler's (41), a half is right."""
 
 
 def model_of(
@@ -62,20 +62,20 @@ def model_of(
         robot: its mechanics and where its IMU sits.
         turns: whether it has the yaw rate.
         printed: whether the terms of the squared yaw rate are those of (46), (47) and (52).
-        change_share: share of a step's change of rate that the tilt feels.
+        change_share: share of a step's change of rate that enters the tilt.
     """
     plant = spatial_parameters(robot)
-    linear, felt = linearised(plant), linearised(plant)
+    linear, sensed = linearised(plant), linearised(plant)
     if printed:
-        linear, felt = linearised_as_printed(plant), linearised_by_27(plant)
+        linear, sensed = linearised_as_printed(plant), linearised_by_27(plant)
     known = robot.track_width > 0.0
     radius, upper = robot.wheel_radius, robot.wheel_radius + robot.lever_arm[2]
     return Model(
         linear,
-        upper * felt.tilt_per_tilt + radius * felt.wheel_per_tilt - plant.gravity,
-        upper * felt.tilt_per_wheel_rate + radius * felt.wheel_per_wheel_rate,
-        upper * felt.tilt_per_command + radius * felt.wheel_per_command,
-        upper * felt.tilt_per_spin + radius * felt.wheel_per_spin - robot.lever_arm[2],
+        upper * sensed.tilt_per_tilt + radius * sensed.wheel_per_tilt - plant.gravity,
+        upper * sensed.tilt_per_wheel_rate + radius * sensed.wheel_per_wheel_rate,
+        upper * sensed.tilt_per_command + radius * sensed.wheel_per_command,
+        upper * sensed.tilt_per_spin + radius * sensed.wheel_per_spin - robot.lever_arm[2],
         robot.lever_arm[0],
         robot.wheel_radius / robot.track_width if known else 0.0,
         float(robot.encoder_placement is EncoderPlacement.GROUND),

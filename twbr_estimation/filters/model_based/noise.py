@@ -22,7 +22,7 @@ WheelDrift = Annotated[
         1e-6,
         10.0,
         "rad/sqrt(s)",
-        "Random walk of an encoder's angle beyond its rate, by slip or play. Larger trusts the "
+        "Random walk of an encoder's angle beyond its rate, by slip or play. Larger follows the "
         "encoder sooner and the model less.",
         logarithmic=True,
     ),
@@ -55,7 +55,7 @@ WheelNoise = Annotated[
         1e-6,
         1.0,
         "rad",
-        "Standard deviation of an encoder's angle. Larger trusts the model longer.",
+        "Standard deviation of an encoder's angle. Larger follows the model longer.",
         logarithmic=True,
     ),
 ]
@@ -65,7 +65,7 @@ GyroNoise = Annotated[
         1e-6,
         1.0,
         "rad/s",
-        "Standard deviation of the gyro, or of the sample where that is more. Larger trusts the "
+        "Standard deviation of the gyro, or of the sample where that is more. Larger follows the "
         "model longer.",
         logarithmic=True,
     ),
@@ -76,7 +76,7 @@ AccelNoise = Annotated[
         1e-4,
         1e2,
         "m/s^2",
-        "Standard deviation of the forward specific force, vibration included. Larger trusts gyro "
+        "Standard deviation of the forward specific force, vibration included. Larger follows gyro "
         "and model longer.",
         logarithmic=True,
     ),

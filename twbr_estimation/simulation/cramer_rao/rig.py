@@ -1,9 +1,9 @@
 """The rig as the Cramer-Rao bound sees it: what is known, what is not, and how it is measured.
 
 Gyro and accelerometer are inputs: the bound is conditional on their readings, and holds for
-every estimator that knows nothing of the motors and of what pushes the robot. States are the
-tilt, the sensor's velocity and distance, and everything in the readings that a whole
-recording could tell. What would only raise the bound is left out: the motion between two
+every estimator without knowledge of the motors and of the forces on the robot. States are the
+tilt, the sensor's velocity and distance, and every error of the readings that is observable in
+a whole recording. Effects that only raise the bound are left out: the motion between two
 samples, the encoder's count as anything but white noise, slips, the shaking that the motors'
 voltage and impacts cause, and the gyro's sensitivity to acceleration.
 """
@@ -129,7 +129,7 @@ def _field(corrected: CorrectedTrack, name: str, k: int) -> float:
 
 
 class _Noises:
-    """How a step carries the states on, and what it adds to them."""
+    """Transition and process noise of one step."""
 
     def __init__(self, simulated: Simulated, dt: float) -> None:
         self.world, self.dt = simulated.world, dt
