@@ -2,7 +2,7 @@
 
 A message starts with four bytes of encapsulation; alignment counts from the byte after
 them. Stamp, string length and fields of all messages are gathered at once, so constant and
-varying frame ids or lengths take the same road.
+varying frame ids or lengths are decoded by the same function.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ IMU_COLUMNS = np.array([0, 1, 2, 3, 4, 13, 14, 15, 16, 25, 26, 27, 28])
 ORIENTATION, ORIENTATION_COVARIANCE = slice(0, 4), 4
 GYRO, GYRO_COVARIANCE = slice(5, 8), 8
 ACCEL, ACCEL_COVARIANCE = slice(9, 12), 12
-"""Where they are among the decoded columns."""
+"""Their positions among the decoded columns."""
 UNREPORTED = -1.0
 """First covariance of a field that a message does not report (REP-145)."""
 _ORDERS = {0: ">", 1: "<"}
@@ -136,7 +136,7 @@ def readable(batch: MessageBatch, least: int) -> tuple[MessageBatch, str]:
 
 
 def _after_header(batch: MessageBatch) -> tuple[MessageBatch, str, IntArray, NDArray[np.object_]]:
-    """Return messages with a whole header, byte order, where the next double lies, frame ids."""
+    """Return messages with a whole header, byte order, offset of the next double, frame ids."""
     whole, order = readable(batch, 16)
     lengths = whole.at(whole.offsets + 12, f"{order}u4").astype(np.int64)
     fits = lengths <= whole.sizes - 16

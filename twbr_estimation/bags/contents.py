@@ -34,7 +34,7 @@ class TopicRequest:
 
 @dataclass(slots=True)
 class Contents:
-    """What a bag holds of what was asked for."""
+    """The requested contents of a bag."""
 
     types: dict[str, str] = field(default_factory=dict)
     """Message type by topic, of all topics."""

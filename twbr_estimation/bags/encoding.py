@@ -72,7 +72,7 @@ def _messages(stamps: StampArray, prefix: bytes, numbers: Sequence[FloatArray]) 
     """Return one message per stamp: header, prefix, sequences of doubles.
 
     The length of the first sequence belongs to the prefix; the others are written with
-    theirs, padded as XCDR wants it.
+    theirs, padded as XCDR requires.
     """
     layout: list[tuple[str, object]] = [
         ("encapsulation", "S4"),

@@ -21,7 +21,7 @@ _SUFFIXES = (*_PLAIN, *(plain + packed for plain in _PLAIN for packed in PACKED_
 
 
 def bag_files(path: Path) -> tuple[list[Path], Counter[str]]:
-    """Return the files of a recording, and what is to be said about them.
+    """Return the files of a recording, and remarks about them.
 
     Of a rosbag2 directory these are the files that its metadata lists, under their name with or
     without an ending of compression. A directory without usable `metadata.yaml` (the recorder
@@ -51,7 +51,7 @@ def _bags_in(folder: Path) -> list[Path]:
 
 
 def _listed(folder: Path, there: list[Path]) -> tuple[list[Path], Counter[str]]:
-    """Return the listed files that are there, and what is to be said."""
+    """Return the listed files that are there, and remarks."""
     metadata = folder / _METADATA
     remarks: Counter[str] = Counter()
     try:
@@ -105,7 +105,7 @@ def recordings_below(path: Path) -> list[Path]:
     """Return the recordings of a directory tree; a recording itself gives itself.
 
     A directory with `metadata.yaml`, or with files that bear its own name (their recorder was
-    killed), is one recording. In another one every bag file is a recording of its own.
+    killed), is one recording. In another one every bag file is a separate recording.
 
     Raises:
         RecordingError: nothing there, or no recording below it.

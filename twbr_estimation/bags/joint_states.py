@@ -17,7 +17,7 @@ _SHARED_LAYOUTS = 32
 
 @dataclass(frozen=True, slots=True)
 class JointLayout:
-    """Where the numbers of one JointState lie; equal for messages of equal names."""
+    """Offsets of the numbers in one JointState; equal for messages of equal names."""
 
     frame: str
     names: tuple[str, ...]
@@ -159,7 +159,7 @@ def _string(message: bytes, at: int, order: str) -> tuple[str, int]:
 
 
 def _doubles(message: bytes, at: int, order: str) -> tuple[int, int]:
-    """Return the length of a sequence of doubles and where its first one lies."""
+    """Return the length of a sequence of doubles and the offset of its first one."""
     count, at = _count(message, at, order)
     if count:
         at += (4 - at) % 8

@@ -1,6 +1,6 @@
 """Find the messages inside a buffer of MCAP records.
 
-The message index gives where they lie; whatever it does not cover is walked record by
+The message index gives their offsets; whatever it does not cover is walked record by
 record, so an absent, incomplete or wrong index costs time, never messages.
 """
 
@@ -25,7 +25,7 @@ ByteArray = NDArray[np.uint8]
 
 
 class RecordStarts:
-    """Where message records start in a buffer."""
+    """Offsets of message records in a buffer."""
 
     def __init__(self) -> None:
         self._starts: list[int] = []
@@ -82,7 +82,7 @@ def messages_in(
 
 
 def _indexed_starts(data: ByteArray, index: Sequence[memoryview]) -> IntArray:
-    """Return where the index says messages start, sorted; nothing if it is not to be trusted."""
+    """Return the offsets of messages in the index, sorted; nothing if the index is wrong."""
     parts = []
     for content in index:
         if len(content) < 6:

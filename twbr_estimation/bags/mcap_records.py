@@ -1,4 +1,4 @@
-"""The outer records of an MCAP file: where they lie, and what the summary at its end says.
+"""The outer records of an MCAP file: their places, and the summary at its end.
 
 The summary is used where its checksum agrees: it names all channels beforehand, gives the
 places where chunks start, from which reading goes on after damage, and the number of messages
@@ -24,21 +24,21 @@ MAGIC = b"\x89MCAP0\r\n"
 _FOOTER_SIZE = 37
 """Footer record and closing magic number [bytes]."""
 _CHUNK_PLACE = 16
-"""Where a chunk index has its chunk's offset."""
+"""Place of the chunk's offset in a chunk index."""
 _COUNTS = 42
-"""Where the statistics have the number of messages by channel, after their size."""
+"""Place of the number of messages by channel in the statistics, after their size."""
 
 ByteArray = NDArray[np.uint8]
 
 
 @dataclass(slots=True)
 class Summary:
-    """What the end of a file that was closed properly says about the rest."""
+    """Summary at the end of a file that was closed properly."""
 
     definitions: list[tuple[int, bytes]] = field(default_factory=list)
     """Opcode and content of schema and channel records."""
     chunks: list[int] = field(default_factory=list)
-    """Where chunk records start, increasing."""
+    """Offsets of chunk records, increasing."""
     counts: dict[int, int] | None = None
     """Number of messages by channel."""
 

@@ -3,7 +3,7 @@
 Schemas and channels are parsed with the `mcap` package. No message depends on the summary at
 the end of the file, which a recorder that was killed did not write. Checksums are checked where
 there are any: a chunk whose own is wrong is left out and counted; where that of the whole data
-section is wrong, this is said.
+section is wrong, this is reported.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class MessageBatch:
     data: NDArray[np.uint8]
     """The buffer, for example one decompressed chunk."""
     offsets: IntArray
-    """Where each message starts in `data`, (n,)."""
+    """Offset of each message in `data`, (n,)."""
     sizes: IntArray
     """Length of each message [bytes], (n,)."""
     bag_times: IntArray

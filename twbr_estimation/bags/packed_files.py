@@ -28,7 +28,7 @@ _OPENERS: dict[bytes, Callable[[IO[bytes]], Any]] = {
     b"\xfd7zXZ\x00": lzma.LZMAFile,
     b"\x04\x22\x4d\x18": lz4.frame.LZ4FrameFile,
 }
-"""What reads a compressed file, by the file's first bytes."""
+"""Reader of a compressed file, by the file's first bytes."""
 _DAMAGE = (EOFError, RuntimeError, ValueError, zlib.error, lzma.LZMAError, zstandard.ZstdError)
 
 

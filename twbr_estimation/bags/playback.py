@@ -24,7 +24,7 @@ class Playback:
     times: IntArray
     """When each message was recorded [ns], (n,), increasing or equal."""
     repairs: Counter[str]
-    """What could not be read, counted."""
+    """Number of messages that could not be read, by reason."""
     _topics: tuple[str, ...]
     _batches: tuple[MessageBatch, ...]
     _places: NDArray[np.int32]

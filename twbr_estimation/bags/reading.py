@@ -44,7 +44,7 @@ from .topics import (
 from .wheel_tracks import repaired_wheels, wheel_columns
 
 _UNIT_TOLERANCE = 0.1
-"""How far the length of a quaternion may be from 1; two decimals keep it within 0.01."""
+"""Largest deviation of a quaternion's length from 1; two decimals keep it within 0.01."""
 _TILT_TYPES = (JOINT_STATE, IMU, FLOAT64)
 
 

@@ -48,7 +48,7 @@ class BagRecorder:
         self._lock = threading.Lock()
         self._open = True
         self.messages = 0
-        """How many were written."""
+        """Number of messages written."""
 
     def add(self, topic: str, time: int, data: bytes) -> None:
         """Write one serialised message that was received at `time` [ns]."""

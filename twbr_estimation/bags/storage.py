@@ -1,4 +1,4 @@
-"""What every kind of bag file offers to the reader, and how files are told apart."""
+"""Interface of every kind of bag file, and the signatures that distinguish them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .sqlite_storage import SqliteStorage
 from .unpacking import Allowance
 
 _HEAD = 16
-"""First bytes of a file, which say what it is."""
+"""First bytes of a file, which identify its kind."""
 
 
 class Storage(Protocol):
@@ -31,9 +31,9 @@ class Storage(Protocol):
     types: dict[str, str]
     """Message type by topic; complete after `batches` has been read to its end."""
     encodings: dict[str, str]
-    """How messages are serialised, by topic; complete when `types` is."""
+    """Serialisation of messages, by topic; complete when `types` is."""
     repairs: Counter[str]
-    """What could not be read, counted."""
+    """Number of messages that could not be read, by reason."""
 
     def batches(self, wanted: frozenset[str]) -> Iterator[tuple[str, MessageBatch]]:
         """Yield topic and messages of the wanted topics.

@@ -21,9 +21,9 @@ MESSAGE_LIMIT = 1 << 26
 RATIO_LIMIT = 100
 """Most bytes that a byte of a file may unpack to, beyond `FREE`."""
 FREE = 1 << 28
-"""What any file may unpack to [bytes]."""
+"""Largest unpacked size of any file [bytes]."""
 COMPRESSIONS = ("", "zstd", "lz4")
-"""How chunks may be compressed."""
+"""Compression formats of chunks."""
 DAMAGED = "damaged chunk skipped"
 _PIECE = 1 << 20
 
@@ -33,7 +33,7 @@ class DamagedError(Exception):
 
 
 class Allowance:
-    """How much of one file may still be unpacked."""
+    """Bytes of one file that may still be unpacked."""
 
     def __init__(self, name: str, size: int) -> None:
         """Take the file's name for messages and its size on disk [bytes]."""
@@ -80,7 +80,7 @@ def unpacked(compression: str, data: bytes, size: int, whole: bool) -> bytes:
 
 
 def unpacked_message(data: bytes, allowance: Allowance) -> bytes:
-    """Return the plain bytes of a message that was compressed by itself.
+    """Return the plain bytes of a message that was compressed separately.
 
     Raises:
         DamagedError: it cannot be unpacked, or is larger than any message.

@@ -24,9 +24,9 @@ TURNS = (2.0 * math.pi, 360.0, math.pi, 4.0 * math.pi)
 COUNTERS = tuple(float(1 << bits) for bits in (8, 10, 12, 14, 15, 16, 17, 18, 20, 24, 31, 32))
 """Ranges of counters that are known to wrap [counts]."""
 _OUTSTANDING = 20.0
-"""How much larger than the usual steps those are that a repair may undo."""
+"""Least ratio of a step that is repaired to the usual steps."""
 _FILLED, _OVERFULL = 0.9, 1.001
-"""How much of a range readings fill that wrap at its ends."""
+"""Share of a range that readings fill if they wrap at its ends."""
 _WRAPPED = 0.6
 """A step of more than this share of a range is a wrap; one of less than the rest of it is none."""
 _PLATEAU = 5

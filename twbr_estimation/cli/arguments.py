@@ -178,7 +178,7 @@ def request_of(arguments: argparse.Namespace) -> RunRequest:
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:
-    """What a command line asks of each recording."""
+    """Options of a command line for each recording."""
 
     names: tuple[str, ...]
     """Filters to run."""
@@ -227,7 +227,7 @@ class RunRequest:
 
 
 def finish_compiling(request: RunRequest, console: Console) -> None:
-    """Let loops that ran interpreted be compiled for the next time, and say so."""
+    """Compile the loops that ran interpreted for the next time, with a message."""
     if compile_later(chosen(request.names)):
         console.print("the filters are compiled in the background for the next run", style="dim")
 

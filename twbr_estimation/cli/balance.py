@@ -127,7 +127,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def trials_of(arguments: argparse.Namespace) -> tuple[list[Trial], str]:
-    """Return the trials that the command line asks for, and where their settings come from.
+    """Return the trials of the command line, and the origin of their settings.
 
     Raises:
         ConfigurationError: an unknown name, or a number that cannot be used.

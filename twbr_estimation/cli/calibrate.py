@@ -145,10 +145,10 @@ def _write(
         console.print("nothing written: no -o DIR", highlight=False)
         return
     provenance = {**origin, **findings.provenance}
-    said = save(
+    done = save(
         arguments.output, start, findings.setup, arguments.kind, provenance, arguments.overwrite
     )
-    for sentence in said:
+    for sentence in done:
         console.print(escape(sentence), highlight=False, soft_wrap=True)
 
 

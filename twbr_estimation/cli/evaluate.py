@@ -84,8 +84,8 @@ def _evaluated(bags: Sequence[Path], request: RunRequest) -> list[Runs]:
                 progress.update(task, completed=done + share)
 
             def compiled(loops: int, total: int, bag: Path = bag) -> None:
-                said = f"compiling {loops} of {total} filters" if loops < total else "evaluating"
-                progress.update(task, description=f"{said} {escape(str(bag))}")
+                text = f"compiling {loops} of {total} filters" if loops < total else "evaluating"
+                progress.update(task, description=f"{text} {escape(str(bag))}")
 
             runs.append(request.runs(bag, reference=True, progress=smoothed, compiling=compiled))
             progress.update(task, completed=count + 1)

@@ -40,7 +40,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Import, write, and say what came out."""
+    """Import, write, and print a summary."""
     options = ImportOptions(arguments.columns, arguments.axis)
     log = load(arguments.file, arguments.format, options)
     write_import(arguments.output, log, arguments.overwrite)

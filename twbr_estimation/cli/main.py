@@ -54,7 +54,7 @@ def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
 
 
 def _summary(module: str) -> str:
-    """Return what the first line of a verb's file says about it."""
+    """Return the description in the first line of a verb's file."""
     file = Path(__file__).with_name(f"{module.rpartition('.')[2]}.py")
     with file.open(encoding="utf-8") as source:
         return source.readline().partition("`: ")[2].strip().strip('"').rstrip(".")

@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
         choices=(*PARTS, "all"),
         metavar="PART",
         help=f"{', '.join(PARTS)}, or all; causes: why figures differ, stand: Figs 6 to 10 of "
-        "Chudzik 2021, in a world of its own",
+        "Chudzik 2021, in a separate world",
     )
     parser.add_argument(
         "--seeds", type=int, default=5, metavar="N", help="drives to report; default: %(default)s"

@@ -84,7 +84,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulate, write the recording with the robot's description, and say what it holds."""
+    """Simulate, write the recording with the robot's description, and print a summary."""
     simulated = simulated_by(arguments)
     stored = simulated
     if arguments.no_truth:
@@ -95,7 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def simulated_by(arguments: argparse.Namespace) -> Simulated:
-    """Return the simulation that the command line asks for.
+    """Return the simulation of the command line.
 
     Raises:
         ConfigurationError: something that cannot be simulated.
@@ -129,7 +129,7 @@ def write_simulated(path: Path, simulated: Simulated, *, overwrite: bool = False
 
     Args:
         path: directory to create.
-        simulated: what to write; the files hold what an estimator would be told.
+        simulated: what to write; the files hold the setup that an estimator gets.
         overwrite: whether an existing recording is replaced.
 
     Raises:

@@ -26,7 +26,7 @@ _SPELLED = {
     "≥": ">=",
     "’": "'",
 }
-"""What stands for a character that the output's encoding lacks."""
+"""Replacement for a character that the output's encoding lacks."""
 _HANDLER = "twbr_spelled"
 
 

@@ -32,7 +32,7 @@ POSITION_CUTOFF = 20.0
 VELOCITY_TIME_CONSTANT = 0.02
 """Time constant of the low-pass (19) for this encoder [s], the best of six on trial 14."""
 GYRO_DELAY = 0.0042
-"""How much the gyro lags behind the cameras [s]: 3.9 to 4.2 ms in trials 12 and 25."""
+"""Lag of the gyro behind the cameras [s]: 3.9 to 4.2 ms in trials 12 and 25."""
 BODY_AXES = {
     "y": np.eye(3),
     "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
@@ -53,7 +53,7 @@ _NAMES = ("imu_gyr", "imu_acc", "opt_quat", "opt_pos", "movement", "sampling_rat
 def load(path: Path, options: ImportOptions) -> ImportedLog:
     """Read one file for the tilt about `options.axis`.
 
-    The reference is there only during the movement that the set's authors say to score. The
+    The reference is there only during the movement that the set's authors use for scores. The
     gyro bias is the mean before the first movement.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The YAML file that says what the columns of a comma-separated log are.
+"""The YAML file that describes the columns of a comma-separated log.
 
     columns:                    # names of the header row, or numbers counted from 0
       time: t_us
@@ -89,7 +89,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What a log's columns are."""
+    """Description of a log's columns."""
 
     time: Column | None
     """None where `rate` is given."""
@@ -105,7 +105,7 @@ class Description:
     axes: FloatArray = field(default_factory=lambda: np.eye(3))
     """Body axes as rows in the sensor's axes, (3, 3)."""
     reference_delay: float = 0.0
-    """How much later the reference's stamps are than its rows' [s]."""
+    """Delay of the reference's stamps after those of its rows [s]."""
     rate: float = 0.0
     """Samples per second [Hz] where there is no column of time."""
     time_wrap: float = 0.0
@@ -121,7 +121,7 @@ class Description:
 
     @property
     def fields(self) -> int:
-        """How many fields a row must have for the columns that are given by number."""
+        """Number of fields a row needs for the columns that are given by number."""
         time = () if self.time is None else (self.time,)
         several = (self.imu, self.wheels, self.wheel_speeds, self.motors, self.reference)
         columns = [*time, *(column for each in several for column in each), *self.temperature]

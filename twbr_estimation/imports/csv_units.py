@@ -26,4 +26,4 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }
 """SI value of one unit; LSB and counts are divided by what `DIVISORS` names."""
 DIVISORS = {"LSB": "lsb_per", "counts": "counts_per_turn", "counts/s": "counts_per_turn"}
-"""Section of the description that says how many make the unit's SI value."""
+"""Section of the description with the number of counts in the unit's SI value."""

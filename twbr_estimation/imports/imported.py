@@ -1,4 +1,4 @@
-"""What an import yields, and how it is kept."""
+"""Result of an import, and its files."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from ..recording import FloatArray, Recording, StampArray
 from ..robot import Calibration, CorrectionSettings, Robot
 
 START = 1_000_000_000
-"""Stamp of the first sample of logs that know no date [ns]."""
+"""Stamp of the first sample of logs without a date [ns]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImportOptions:
-    """What a format may need to know besides the file."""
+    """Options of a format besides the file."""
 
     description: Path | None = None
     """YAML file that describes the columns (csv)."""
@@ -47,7 +47,7 @@ class ImportedLog:
     correction: CorrectionSettings | None = None
     """Settings that suit the log's wheel encoder, where the defaults do not."""
     provenance: Mapping[str, str | float] = field(default_factory=dict)
-    """Where calibration values come from."""
+    """Origin of calibration values."""
 
 
 @lru_cache(maxsize=1)

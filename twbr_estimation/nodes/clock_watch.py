@@ -29,7 +29,7 @@ class ClockWatch:
         return now - self._moved
 
     def silence(self) -> str:
-        """Return that nobody publishes `/clock`, where that is so; else nothing."""
+        """Return a message if `/clock` has no publisher; else nothing."""
         age = self.age()
         if not self._node.get_clock().ros_time_is_active:
             return ""

@@ -30,7 +30,7 @@ class ParameterFile(NamedTuple):
 
 
 class CommandLine(NamedTuple):
-    """What rcl is given."""
+    """Arguments for rcl."""
 
     arguments: list[str]
     files: tuple[ParameterFile, ...]
@@ -114,7 +114,7 @@ def _with_numbers(assignment: str) -> str:
     try:
         value = yaml.safe_load(text)
     except yaml.YAMLError:
-        return assignment  # rcl says what is wrong with it
+        return assignment  # rcl reports what is wrong with it
     return f"{name}{separator}{_numbers(value)}" if _mixed(value) else assignment
 
 

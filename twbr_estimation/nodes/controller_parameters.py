@@ -30,7 +30,7 @@ ROBOT = "robot."
 
 
 class TiltSource(str, Enum):
-    """Where the tilt comes from."""
+    """Source of the tilt."""
 
     IMU = "imu"
     """`imu/data`: tilt, rate and stamp in one message."""
@@ -40,7 +40,7 @@ class TiltSource(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class ControllerInputs:
-    """What the node listens to and publishes; only at the start.
+    """Topics of the node; fixed at the start.
 
     Raises:
         ConfigurationError: a number out of bounds.
@@ -142,7 +142,7 @@ def prepare(configuration: ControlConfiguration) -> None:
     """Derive every controller, so that a switch to it finds the result; may take seconds."""
     balance = configuration.balance
     for name, entry in listed_controllers().items():
-        with suppress(TwbrError):  # told when it is switched to
+        with suppress(TwbrError):  # reported when it is switched to
             parameters = entry.configure(balance.parameters[name])
             entry.coefficients(parameters, balance.robot, balance.settings.period)
 

@@ -1,4 +1,4 @@
-"""What ROS parameters there are, derived from settings dataclasses and filter specs.
+"""Declarations of ROS parameters, derived from settings dataclasses and filter specs.
 
 Nothing is declared twice: names, defaults, limits, units and descriptions come from the
 annotations of the dataclass, or from the filter.
@@ -30,15 +30,15 @@ class Declaration:
     default: Any
     """bool, int, float, str, or a tuple of float or str."""
     description: str
-    """What it is, with its unit."""
+    """Meaning and unit."""
     bounds: Bounds | None = None
     choices: tuple[str, ...] = ()
     """The strings allowed; any where empty."""
     read_only: bool = False
     strings: bool = False
-    """True for an array of strings; an empty default does not say so itself."""
+    """True for an array of strings; an empty default does not show its type."""
     length: int | None = None
-    """How many numbers an array holds; None where it may be any."""
+    """Number of an array's elements; None where it may be any."""
 
 
 def declarations_of(

@@ -17,7 +17,7 @@ from .guard import Guard
 
 
 class Level(Enum):
-    """How well something is."""
+    """Level of a status."""
 
     OK = DiagnosticStatus.OK
     WARN = DiagnosticStatus.WARN
@@ -26,7 +26,7 @@ class Level(Enum):
 
 
 class Report(NamedTuple):
-    """What a node says about one of its parts."""
+    """Status of one part of a node."""
 
     level: Level
     message: str
@@ -55,7 +55,7 @@ class Diagnostics:
         self._level = Level.OK
         self._clock = ClockWatch(node)
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        # Wall time: a node under a simulated clock that stands still must be able to say so.
+        # Wall time: a node under a simulated clock that stands still must be able to report it.
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(period, self.update, clock=wall)
 

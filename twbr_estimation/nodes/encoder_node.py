@@ -52,7 +52,7 @@ class EncoderNode(DeviceNode):
         self._published_at = 0.0
         """When the last message went out, on the steady clock [s]."""
         self._tallies: dict[str, Tally] = {}
-        """What went wrong with encoders that have been closed meanwhile, by joint."""
+        """Errors of encoders that have been closed meanwhile, by joint."""
         self.parameters = NodeParameters(self, declarations_of(JointEncoderSettings()), self._build)
         self._message = JointState()
         self._diagnostics = Diagnostics(self, self.report, "encoders")
@@ -140,7 +140,7 @@ class EncoderNode(DeviceNode):
         return found
 
     def report(self) -> Report:
-        """Return what `/diagnostics` says."""
+        """Return the status for `/diagnostics`."""
         values: dict[str, object] = {"read_errors": self.errors}
         tallies = self._tally()
         for name, tally in tallies.items():
@@ -152,7 +152,7 @@ class EncoderNode(DeviceNode):
         return Report(*self._verdict(tallies), values)
 
     def _verdict(self, tallies: Mapping[str, Tally]) -> tuple[Level, str]:
-        """Return the worst of what there is to say; failed reads are counted anew."""
+        """Return the worst of the messages; the count of failed reads starts again."""
         failed = self.errors - self._reported_errors
         self._reported_errors = self.errors
         if not self.is_active:

@@ -1,4 +1,4 @@
-"""Tilts of anybody's estimator: an Imu, a JointState or a Float64 topic, told by its publisher.
+"""Tilt topics of external estimators: Imu, JointState or Float64, by the publisher's type.
 
 A topic is first listened to as Imu, or as JointState where a joint is named. While nothing
 arrives, the graph is asked what the topic carries, and the subscription follows.
@@ -84,7 +84,7 @@ class EstimatorInput:
         self._listen(JOINT_STATE if named else IMU)
 
     def look(self) -> None:
-        """Where nothing came yet: see what the topic's publishers send, and listen to that."""
+        """Subscribe to the type of the topic's publishers, if nothing has come yet."""
         self.problem = ""
         if self.received:
             if self.received == self.without_stamp:

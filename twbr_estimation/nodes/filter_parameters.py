@@ -21,7 +21,7 @@ from .parameters import NodeParameters
 
 
 class FilterNodeConfiguration(NamedTuple):
-    """What the parameters of a filter node say."""
+    """Values of the parameters of a filter node."""
 
     filters: FilterConfiguration
     setup: Setup

@@ -93,7 +93,7 @@ class Requests:
         """Call a service with `success` and `message` in its answer.
 
         Raises:
-            RequestError: nobody answers.
+            RequestError: no answer comes.
         """
         client = self._service(kind, service)
         if not client.service_is_ready():

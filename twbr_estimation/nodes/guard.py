@@ -1,6 +1,6 @@
 """No callback ends a node: an error is counted, logged in one line, and the node goes on.
 
-The guard lies round every subscription, timer, service and parameter callback, those of rclpy
+The guard is around every subscription, timer, service and parameter callback, those of rclpy
 itself included. `SystemExit` ends the process as before; a node raises it on purpose.
 """
 
@@ -90,7 +90,7 @@ class Guard:
         )
 
     def set_parameters(self, parameters: list[Parameter]) -> list[SetParametersResult]:
-        """Set each by itself; as `rclpy.node.Node`, but a wrong name is a negative result."""
+        """Set each separately; as `rclpy.node.Node`, but a wrong name is a negative result."""
         return [self.set_parameters_atomically([each]) for each in parameters]
 
     def set_parameters_atomically(self, parameters: list[Parameter]) -> SetParametersResult:
@@ -110,7 +110,7 @@ class GuardedNode(Guard, Node):
 
 
 def _refusal(error: Exception, request: Any, response: Any) -> Any:
-    """Return a response that says no as far as its type can."""
+    """Return a response that reports failure as far as its type can."""
     if hasattr(response, "success"):
         response.success = False
     if hasattr(response, "message"):

@@ -1,4 +1,4 @@
-"""How correction and filter listen: their common parameters and raw subscriptions."""
+"""Inputs of correction and filter: their common parameters and raw subscriptions."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from .parameters import declare
 from .watchdog import wall_timer
 
 RETRY_PERIOD = 2.0
-"""Time between two attempts of a node that starts by itself [s]."""
+"""Time between two attempts of a node with `autostart` [s]."""
 SETTLING_TIME = 0.5
 """Time after activation within which silence is no fault [s]."""
 
@@ -67,7 +67,7 @@ class DeviceNode(Guard, LifecycleNode):
         return wall_timer(self, period, poll)
 
     def begin(self) -> None:
-        """Start at once where `autostart` says so."""
+        """Start at once if `autostart` is set."""
         if self.get_parameter("autostart").value:
             self._start()
         else:

@@ -1,4 +1,4 @@
-"""Message classes by the name of their type, for nodes that carry what they do not know."""
+"""Message classes by the name of their type, for nodes that carry messages of any type."""
 
 from __future__ import annotations
 

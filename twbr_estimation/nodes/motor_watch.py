@@ -1,7 +1,7 @@
-"""A thread that cuts the motors where the node itself does not come to it.
+"""A thread that cuts the motors if the node does not respond in time.
 
 The executor may be stuck in a callback, or wait on a system clock that was set back. The thread
-sleeps on the steady clock and publishes zeros by itself. It does not log, which can block, too.
+sleeps on the steady clock and publishes zeros. It does not log, which can block, too.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ AT_ANY_TIME = {"gyro_stddev", "accel_stddev"}
 
 @dataclass(frozen=True, slots=True)
 class StatedRanges:
-    """Full scales that the correction counts with; a difference from the chip's is said."""
+    """Full scales that the correction uses; a difference from the chip's is reported."""
 
     gyro_range: Annotated[
         float, Bounds(0.0, 100.0, "rad/s", "As in robot.yaml; 0 where it is not given.")
@@ -69,7 +69,7 @@ class Mpu6050NodeSettings:
     )
     robot: Annotated[
         StatedRanges,
-        Meaning("What `robot.yaml` says of the chip, where it is given to this node too."),
+        Meaning("Chip settings of `robot.yaml`, where it is given to this node too."),
     ] = field(default_factory=StatedRanges)
 
 
@@ -211,7 +211,7 @@ class Mpu6050Node(DeviceNode):
             self._temperature_publisher.publish(self._temperature)
 
     def report(self) -> Report:
-        """Return what `/diagnostics` says: the counters and what has changed since."""
+        """Return the status for `/diagnostics`: the counters and their changes since."""
         if self.reader is None or not self.is_open:
             return Report(Level.STALE, self.failure or "not configured", {})
         counters, before = self.reader.counters, self._reported
@@ -227,7 +227,7 @@ class Mpu6050Node(DeviceNode):
         return Report(*self._verdict(self.reader, samples, any(new.values())), values)
 
     def _verdict(self, reader: Mpu6050Reader, samples: int, disturbed: bool) -> tuple[Level, str]:
-        """Return the worst of what there is to say."""
+        """Return the worst of the messages."""
         if not reader.running or (not samples and self.is_settled):
             return Level.ERROR, reader.last_error or "no samples"
         if reader.defect:

@@ -1,4 +1,4 @@
-"""What a request to set parameters may contain, before their values are looked at."""
+"""Check of a request to set parameters, before their values are checked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rclpy.parameter import Parameter
 from ..errors import ConfigurationError
 
 PROVENANCE = "provenance."
-"""Begins the names that say where a parameter file comes from; they set nothing."""
+"""Prefix of the names that record the origin of a parameter file; they set nothing."""
 ARRAYS = {
     Parameter.Type.BYTE_ARRAY,
     Parameter.Type.BOOL_ARRAY,

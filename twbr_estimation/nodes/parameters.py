@@ -73,7 +73,7 @@ class NodeParameters(Generic[Built]):
         self._build = build
         self._apply = apply
         self.current: Built = build(self._values)
-        """What `build` made of the values now in force."""
+        """Result of `build` for the values now in force."""
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._on_changed)
 
@@ -194,7 +194,7 @@ def _wrong_type(node: Node, declaration: Declaration) -> str:
 
 
 def _declare_empty(node: Node, declaration: Declaration) -> None:
-    """Declare an array whose default is empty, which does not say itself what it is made of.
+    """Declare an array whose default is empty, which does not show the type of its elements.
 
     It must get a value all the same: asked for many parameters of which one has no value,
     rclpy answers with none, and `ros2 param dump` writes an empty file.

@@ -44,7 +44,7 @@ DOUBLES = 37
 
 
 class Format(Enum):
-    """What comes over the port."""
+    """Format of the bytes on the port."""
 
     LINES = "lines"
     FRAMES = "frames"
@@ -206,7 +206,7 @@ class SerialNode(DeviceNode):
         self._wheels.publish(self._joints.encode(stamp, angles, speeds))
 
     def report(self) -> Report:
-        """Return what `/diagnostics` says."""
+        """Return the status for `/diagnostics`."""
         values: dict[str, object] = {"openings": self._opened}
         if self._stream is not None:
             values |= {**self._stream.counts, "clock_restarts": self._stream.restarts}

@@ -225,7 +225,7 @@ class SimulatorNode(GuardedNode):
         return "running"
 
     def report(self) -> Report:
-        """Return what `/diagnostics` says."""
+        """Return the status for `/diagnostics`."""
         simulator = self.simulator
         values: dict[str, object] = {
             "tilt_deg": simulator.latest.truth.tilt * 57.29577951308232,
@@ -261,7 +261,7 @@ def _fixed(values: Mapping[str, Any]) -> tuple[SimulatorSettings, Robot]:
 
 
 def compose(**options: Any) -> list[Node]:
-    """Return the simulator, and the drivers that read its chips where the parameters say so."""
+    """Return the simulator, and the drivers that read its chips if there are any."""
     node = SimulatorNode(**options)
     if node.settings.sensors is SensorPath.TOPICS:
         return [node]

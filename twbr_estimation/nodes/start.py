@@ -1,4 +1,4 @@
-"""What a user should know at the start: why rcl refuses, and parameters that nobody takes."""
+"""Messages at the start: the reason why rcl refuses, and parameters that no node uses."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ HINTS = {
     "UnknownROSArgsError": "after --ros-args come -p, -r and --params-file",
     "participant": "check ROS_DOMAIN_ID (0 to 101) and the network",
 }
-"""What to change, by a word in rcl's message."""
+"""Remedy, by a word in rcl's message."""
 _PLACE = re.compile(r", at /\S+:\d+")
 _FIELD = re.compile(r"^    (?:(\w+): |name=\"(\w+)\")|declare_parameter\(\s*\"(\w+)", re.MULTILINE)
 OF_RCLPY = ("qos_overrides.", "use_sim_time", "start_type_description_service", PROVENANCE)

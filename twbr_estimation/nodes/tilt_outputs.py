@@ -1,4 +1,4 @@
-"""What a filter node publishes: `tilt`, `imu/data`, `tilt/compare`, `tilt/valid`, TF."""
+"""Outputs of a filter node: `tilt`, `imu/data`, `tilt/compare`, `tilt/valid`, TF."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class TiltOutputs:
         Args:
             stamp: Stamp of the sample [ns].
             sample: The corrected sample.
-            estimate: What the chosen filter says about it.
+            estimate: The active filter's estimate.
             tilt: For the controller: with sign, offset and prediction [rad].
             variance: Variance of the estimate [rad^2].
         """

@@ -18,7 +18,7 @@ DECLARATIONS = (
 
 
 class TiltTransform:
-    """Publishes parent to child, turned by the tilt about +y; says so where it cannot."""
+    """Publishes parent to child, turned by the tilt about +y; warns where it cannot."""
 
     def __init__(self, node: Node) -> None:
         """Declare `publish_tf`, `tf_parent` and `tf_child`; publish where asked and possible."""

@@ -18,7 +18,7 @@ LARGEST_FIFO = 4096
 
 @dataclass(frozen=True, slots=True)
 class ChipModel:
-    """What the driver needs to know of one chip."""
+    """Properties of one chip that the driver needs."""
 
     name: str
     fifo_bytes: int = 512
@@ -28,7 +28,7 @@ class ChipModel:
     degrees_at_zero: float = 21.0
     """Temperature where the word is 0 [degC]."""
     accel_low_pass: bool = True
-    """Whether the accelerometer's low-pass has a register of its own, ACCEL_CONFIG_2."""
+    """Whether the accelerometer's low-pass has a separate register, ACCEL_CONFIG_2."""
     fifo_enable: int = FIFO_EN_ALL
     """Bits of FIFO_EN that put whole packets into the FIFO."""
 

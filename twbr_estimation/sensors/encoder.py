@@ -15,13 +15,13 @@ INDEX_WIDTH = 4
 
 
 WIDEST = 2**64
-"""Modulus of a counter that does not say where it wraps; the first wrap shows it."""
+"""Modulus of a counter whose range is unknown; the first wrap shows it."""
 WIDTHS = (2**16, 2**24, 2**32, 2**48)
-"""Where such counters wrap."""
+"""Moduli of such counters."""
 
 
 class Counter(Protocol):
-    """What counts an encoder's edges. Reads that fail raise `OSError`."""
+    """Counter of an encoder's edges. Reads that fail raise `OSError`."""
 
     modulus: int
     """The count runs from 0 to one below this and wraps; 0 where it never wraps."""
@@ -32,7 +32,7 @@ class Counter(Protocol):
     behind: int
     """Reads that left edges for the next one, because too many had come."""
     remark: str
-    """What the user should know of this counter; empty for nothing."""
+    """Warning about this counter; empty for none."""
     zeroed_by_index: bool
     """True where the device itself sets the count to 0 at the index pulse."""
 
@@ -48,7 +48,7 @@ class Counter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class EncoderSettings:
-    """What one count means, equal for all encoders of a node."""
+    """Scale of one count, equal for all encoders of a node."""
 
     counts_per_turn: Annotated[
         int,
@@ -60,7 +60,7 @@ class EncoderSettings:
     ] = 1.0
     use_index: Annotated[
         bool,
-        Meaning("The index pulse sets the zero, and tells how many counts went missing in a turn."),
+        Meaning("The index pulse sets the zero, and shows how many counts were lost in a turn."),
     ] = False
     velocity_window: Annotated[
         float,
@@ -87,7 +87,7 @@ class JointReading(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What went wrong with an encoder."""
+    """Errors of an encoder."""
 
     lost_counts: int = 0
     """Counts found missing or too many at index pulses."""
@@ -221,7 +221,7 @@ class Encoder:
 
     @property
     def remark(self) -> str:
-        """What the user should know of the counter; empty for nothing."""
+        """Warning about the counter; empty for none."""
         return self._counter.remark
 
     def set_angle(self, angle: float = 0.0) -> None:

@@ -1,4 +1,4 @@
-"""What an MPU6050 does to the truth: the direction opposite to the correction.
+"""Error model of an MPU6050, from the truth to a reading: the inverse of the correction.
 
 One reading is made of: finite bandwidth, scale and its residual error, bias, sensitivity of
 the gyro to acceleration, white noise, saturation and quantisation, Laddach 2022 (6)-(10).
@@ -31,7 +31,7 @@ class ScaleError(NamedTuple):
     polynomial: tuple[float, ...]
     """S of Laddach 2022 (11), highest power first, no constant term."""
     low: float
-    """Where the argument of S is clamped [m/s^2]."""
+    """Limit of the argument of S [m/s^2]."""
     high: float
     residual: float
     """Amplitude of what calibration has left over [m/s^2]."""

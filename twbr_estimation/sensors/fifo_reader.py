@@ -14,9 +14,9 @@ from .mpu6050_registers import PACKET_BYTES
 from .sample_clock import SampleClock
 
 SLOW_TRANSFER = 0.002
-"""Duration of reading the FIFO's count beyond which its time is not trusted [s]."""
+"""Duration of reading the FIFO's count beyond which its time is not used [s]."""
 TOO_LONG = (errno.EOPNOTSUPP, errno.EINVAL, errno.EMSGSIZE)
-"""How adapters refuse a transfer that is longer than they can do."""
+"""Errors of adapters for a transfer that is too long for them."""
 
 Result = TypeVar("Result")
 
@@ -29,7 +29,7 @@ class Retry(Protocol):
 
 
 class OutOfStepError(SensorError):
-    """The FIFO no longer begins with a whole packet, or has lost some; its text says why."""
+    """The FIFO does not begin with a whole packet or has lost some; the text gives the reason."""
 
     def __init__(self, reason: str, overflow: bool = False) -> None:
         super().__init__(reason)
@@ -102,7 +102,7 @@ class FifoReader:
         return stamps, data
 
     def _whole_count(self) -> tuple[int, int, bool]:
-        """Return the time [ns] of a count, the count, and whether the time can be trusted."""
+        """Return the time [ns] of a count, the count, and whether the time is reliable."""
         found = self._retry(self._stamped_count)
         _require_no_overflow(found[1] > self._device.model.fifo_bytes - PACKET_BYTES)
         if found[1] % PACKET_BYTES:  # the chip may be writing a packet just now

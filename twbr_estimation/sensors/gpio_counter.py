@@ -15,7 +15,7 @@ EVENT_BUFFER = 1024
 EVENTS_PER_READ = 4096
 """Edges decoded in one read at most; more would keep everything else waiting."""
 ONE_INTERRUPT = 20_000
-"""Edges of A and B closer than this were served by one interrupt, in an order of its own [ns]."""
+"""Edges of A and B closer than this were served by one interrupt, in an unknown order [ns]."""
 SEQUENCE_NUMBERS = 2**32
 """The kernel numbers the edges of a request from 1, with so many numbers."""
 INSTALL = "install the Python bindings of libgpiod 2: pip install 'gpiod>=2.1'"
@@ -26,7 +26,7 @@ ADVICE = {
     errno.EBUSY: "another program or a kernel driver holds a line; gpioinfo shows which",
     errno.EINVAL: "does the chip have these lines, with interrupts and this bias?",
 }
-"""What to look at, by the error."""
+"""Likely cause, by the error."""
 
 # Change of the count by (previous A, B; new A, B): A leads B when it rises.
 _STEPS = (0, -1, 1, 0, 1, 0, 0, -1, -1, 0, 0, 1, 0, 1, -1, 0)
@@ -99,7 +99,7 @@ class GpioCounter:
         self._last_edge, self._last_line = event.timestamp_ns, line
         bit = 2 if line == self._line_a else 1
         high = event.event_type == event.Type.RISING_EDGE
-        if self._uncertain & bit:  # its level before is what this edge says; counted already
+        if self._uncertain & bit:  # this edge gives its level before; counted already
             self._uncertain &= ~bit
             self._state = self._state & ~bit if high else self._state | bit
         state = self._state | bit if high else self._state & ~bit

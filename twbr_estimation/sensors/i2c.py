@@ -25,7 +25,7 @@ class Registers(Protocol):
 
 
 I2C_SLAVE = 0x0703
-"""ioctl that claims an address; the kernel refuses it while a driver of its own holds the chip."""
+"""ioctl that claims an address; the kernel refuses it while a kernel driver holds the chip."""
 I2C_RDWR = 0x0707
 """ioctl that transfers messages; it returns how many were transferred."""
 FUNC_I2C = 0x00000001

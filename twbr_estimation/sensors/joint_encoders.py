@@ -17,7 +17,7 @@ from .sysfs_counter import SysfsCounter
 
 
 class Role(str, Enum):
-    """What the encoders measure."""
+    """Quantity that the encoders measure."""
 
     WHEELS = "wheels"
     """Wheels, on `joint_states`."""
@@ -26,7 +26,7 @@ class Role(str, Enum):
 
 
 class CounterSource(str, Enum):
-    """What counts."""
+    """Device that counts."""
 
     SYSFS = "sysfs"
     GPIO = "gpio"
@@ -159,7 +159,7 @@ def open_encoders(
 
 
 def _start_angle(settings: JointEncoderSettings, clock: Callable[[], int]) -> float:
-    """Return the angle at the start; a simulated reference knows where upright is."""
+    """Return the angle at the start; a simulated reference starts at the true tilt."""
     if settings.simulated and settings.role is Role.REFERENCE:
         return settings.start_angle + swing_tilt(clock() * 1e-9)
     return settings.start_angle

@@ -1,4 +1,4 @@
-"""What simulated sensors feel: motion as a function of time."""
+"""Motion of simulated sensors as a function of time."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ImuMotion(NamedTuple):
 
 
 Motion = Callable[[float], ImuMotion]
-"""motion(seconds): what the IMU feels."""
+"""motion(seconds): input of the IMU."""
 
 Angle = Callable[[float], float]
 """angle(seconds): what an encoder turns [rad]."""
@@ -49,7 +49,7 @@ def swing_wheel(seconds: float) -> float:
 
 
 def swing(seconds: float) -> ImuMotion:
-    """Return what its IMU feels, with the accelerations of Laddach 2022 (14) and (15)."""
+    """Return the input of its IMU, with the accelerations of Laddach 2022 (14) and (15)."""
     tilt = swing_tilt(seconds)
     rate = SWING_AMPLITUDE * SWING_RATE * math.cos(SWING_RATE * seconds)
     euler = -SWING_HEIGHT * SWING_RATE**2 * tilt

@@ -71,7 +71,7 @@ class Mpu6050:
     def __init__(self, registers: Registers, settings: Mpu6050Settings) -> None:
         self.settings = settings
         self.model: ChipModel
-        """What the chip is; known after `identify`."""
+        """Model of the chip; set by `identify`."""
         self._registers = registers
         self._gyro_scale = settings.gyro_scale
         self._accel_scale = settings.accel_scale

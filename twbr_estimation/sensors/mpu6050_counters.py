@@ -1,4 +1,4 @@
-"""What an MPU6050's reader counts."""
+"""Counters of an MPU6050's reader."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(slots=True)
 class Counters:
-    """What happened since the start; kept when the bus is closed and opened again."""
+    """Events since the start; kept when the bus is closed and opened again."""
 
     samples: int = 0
     bus_errors: int = 0

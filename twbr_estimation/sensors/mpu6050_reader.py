@@ -33,7 +33,7 @@ SILENCE = 0.25
 
 
 class Phase(Enum):
-    """What the reader is doing."""
+    """State of the reader."""
 
     STOPPED = "stopped"
     RUNNING = "running"
@@ -73,7 +73,7 @@ class Mpu6050Reader:
         self._watch = PacketWatch(device.settings, self.counters)
         self._limit = device.settings.frozen_samples
         self.fifo = FifoReader(device, clock, monotonic, self.counters, self.with_retries)
-        """What reads the FIFO."""
+        """Reader of the FIFO."""
         self._read = self._read_fifo if device.settings.reading is FetchMode.FIFO else self._burst
         self.phase = Phase.STOPPED
         self.failed_attempts = 0
@@ -207,7 +207,7 @@ class Mpu6050Reader:
             self._check(watch.invalid)
 
     def _check(self, seen: str = "") -> None:
-        """Look at the chip's settings; `seen` says what came instead of a sample."""
+        """Check the chip's settings; `seen` describes what came instead of a sample."""
         self._next_check = self._monotonic() + round(CHECK_PERIOD * 1e9)
         if seen:
             self.last_error = f"packets of {seen} dropped"

@@ -16,7 +16,7 @@ from .mpu6050_registers import ACCEL_RANGES_G, GYRO_RANGES_DEG, RAW_FULL_SCALE, 
 
 
 class FetchMode(str, Enum):
-    """How samples are fetched."""
+    """Way in which samples are fetched."""
 
     BURST = "burst"
     """One 14-byte transfer at each tick: the newest sample."""

@@ -26,7 +26,7 @@ class PacketWatch:
         self.stuck = StuckWords(settings)
         """Axes that do not move."""
         self.invalid = ""
-        """What the last packet was where it cannot be a sample, in words."""
+        """Description of the last packet where it cannot be a sample."""
         self.newly_stuck = False
         """Whether the last packet settled that an axis is stuck."""
 

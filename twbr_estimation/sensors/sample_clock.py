@@ -7,7 +7,7 @@ SETTLED_READS = 500
 FIRST_READS = 20
 """Reads the nominal period counts for at the start."""
 PERIOD_TOLERANCE = 0.1
-"""Largest deviation from the nominal period believed, as a fraction of it."""
+"""Largest accepted deviation from the nominal period, as a fraction of it."""
 JUMP = 0.1
 """Difference between the clocks that means one of them was set [s]."""
 
@@ -25,7 +25,7 @@ class SampleClock:
         self._nominal = nominal_period * 1e9
         self.restart()
         self.jumps = 0
-        """How often the clocks were related anew because one of them jumped."""
+        """Number of times the clocks were related again because one of them jumped."""
 
     def restart(self) -> None:
         """Forget the relation between the clocks."""

@@ -42,7 +42,7 @@ class SimulatedMpu6050:
 
     Samples are taken on the chip's own clock, which runs at `clock_rate` times the time
     given by `clock`. Faults: `nack(n)`, `brown_out()`, `frozen`, `identity`; the FIFO
-    overflows by itself when it is not read.
+    overflows when it is not read.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class SimulatedMpu6050:
 
         Args:
             clock: Time [ns].
-            motion: What it feels; can be replaced at any time.
+            motion: Its input; can be replaced at any time.
             identity: What it answers to WHO_AM_I.
             clock_rate: Speed of the chip's clock relative to `clock`.
             seed: Of its noise.
@@ -112,7 +112,7 @@ class SimulatedMpu6050:
 
     @property
     def model(self) -> ChipModel:
-        """What its identity makes it: size of the FIFO and temperature scale."""
+        """Properties by its identity: size of the FIFO and temperature scale."""
         return model_of(self.identity)
 
     @property

@@ -26,7 +26,7 @@ class SysfsCounter:
 
         Args:
             directory: The count's folder in sysfs.
-            modulus: Where the count wraps; 0 asks the device.
+            modulus: Count at which it wraps; 0 reads it from the device.
             use_index: Let the device set the count to 0 at the index pulse.
 
         Raises:
@@ -36,7 +36,7 @@ class SysfsCounter:
         self.errors = self.ambiguous = self.behind = 0
         self.zeroed_by_index = use_index
         self.remark = ""
-        """What the user should know of this counter."""
+        """Warning about this counter."""
         try:
             self._file = os.open(self._directory / "count", os.O_RDONLY)
         except OSError as error:
@@ -110,7 +110,7 @@ class SysfsCounter:
         return self._has(name) and self._value(name) != value
 
     def _set(self, name: str, value: str) -> None:
-        """Write an attribute that the device has and that says something else."""
+        """Write an attribute that the device has and whose value differs."""
         if not self._differs(name, value):
             return
         attribute = self._directory / name

@@ -30,7 +30,7 @@ _NOISE = Calibration()
 _GYRO_VARIANCE = _NOISE.gyro_noise**2
 _ACCEL_VARIANCE = _NOISE.accel_noise**2
 _ANGLE_VARIANCE = _ACCEL_VARIANCE / STANDARD_GRAVITY**2
-"""Variances where a message says that they are unknown."""
+"""Variances where a message marks them as unknown."""
 _PITCH_VARIANCE = ORIENTATION_COVARIANCE + 4
 
 
@@ -69,7 +69,7 @@ def has_angle(values: tuple[float, ...]) -> bool:
 
 
 def is_default(values: tuple[float, ...]) -> bool:
-    """Return whether the orientation is that of a message in which nobody has set it.
+    """Return whether the orientation is that of a message in which it was never set.
 
     In ROS 2 it is the identity, with a covariance of zeros, which means unknown (REP-145).
     """

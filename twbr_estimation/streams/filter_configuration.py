@@ -19,7 +19,7 @@ ALL = "all"
 
 @dataclass(frozen=True, slots=True)
 class FilterSettings:
-    """What a user chooses about the published tilt.
+    """User settings of the published tilt.
 
     Raises:
         ConfigurationError: an unknown filter, or a number out of bounds.

@@ -1,4 +1,4 @@
-"""How a node takes its inputs: names, patience, and what a missing input means."""
+"""Inputs of a node: topic names, waiting times, and messages about missing inputs."""
 
 from __future__ import annotations
 

@@ -45,14 +45,14 @@ class _Block(NamedTuple):
 
 
 class LiveChecks:
-    """Takes corrected samples; says what contradicts what."""
+    """Check of corrected samples; reports readings that contradict each other."""
 
     def __init__(self) -> None:
         """Start without a past."""
         self.untrusted: tuple[str, ...] = ()
-        """What makes the tilt wrong."""
+        """Findings that make the tilt wrong."""
         self.doubts: tuple[str, ...] = ()
-        """What a user should know besides."""
+        """Other findings."""
         self._blocks: deque[_Block] = deque(maxlen=WINDOW)
         self._turn = 0.0
         self._last: tuple[float, float] | None = None

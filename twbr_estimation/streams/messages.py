@@ -22,7 +22,7 @@ _IMU_DOUBLES = 37
 ORIENTATION, ORIENTATION_COVARIANCE = 0, 4
 GYRO, GYRO_COVARIANCE = 13, 16
 ACCEL, ACCEL_COVARIANCE = 25, 28
-"""Where the fields of an Imu lie among its 37 doubles."""
+"""Positions of the fields of an Imu among its 37 doubles."""
 
 _read_stamp = struct.Struct("<iII").unpack_from
 _write_stamp = struct.Struct("<iI").pack_into

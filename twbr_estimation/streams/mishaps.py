@@ -17,7 +17,7 @@ _LONGEST = 300
 
 
 class Mishaps:
-    """What went wrong in callbacks that went on all the same; the caller says what time it is."""
+    """Errors in callbacks after which the node continued; the caller passes the time."""
 
     def __init__(self) -> None:
         """Start without any."""

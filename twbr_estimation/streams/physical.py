@@ -1,4 +1,4 @@
-"""What a sensor of a robot can read at all: numbers beyond it are errors, not measurements.
+"""Physical limits of a robot's sensors: numbers beyond them are errors, not measurements.
 
 The limits are far outside every full scale in the trade, so that readings in a wrong unit still
 come through and can be recognised as such.
@@ -15,7 +15,7 @@ STRONGEST = 2000.0
 FARTHEST = 1e7
 """Largest believable angle of a wheel [rad]."""
 LARGEST_VARIANCE = 1e5
-"""A larger variance, of whatever unit, says that a value is unknown."""
+"""A larger variance, of whatever unit, marks a value as unknown."""
 LARGEST_VOLTAGE = 1000.0
 """Largest believable voltage of a motor [V]."""
 NOT_FINITE, BEYOND = "not_finite", "beyond_any_sensor"

@@ -1,4 +1,4 @@
-"""What happens to a live sample whose stamp or values are out of order.
+"""Treatment of a live sample whose stamp or values are out of order.
 
 | what arrives | outcome |
 |---|---|
@@ -23,7 +23,7 @@ _GAP = round(RESTART_GAP * 1e9)
 
 
 class Verdict(Enum):
-    """What to do with a sample."""
+    """Treatment of a sample."""
 
     TAKE = "take"
     SKIP = "skip"
@@ -37,7 +37,7 @@ class StampGuard:
     def __init__(self) -> None:
         """Start without a past."""
         self.counts: Counter[str] = Counter()
-        """How often each outcome other than `TAKE` in good order occurred."""
+        """Number of times each outcome other than `TAKE` in good order occurred."""
         self._last: int | None = None
         self._late: int | None = None
 
@@ -74,7 +74,7 @@ class StampGuard:
 
 
 class StampAge:
-    """How old samples are when they arrive, by the clock of this computer."""
+    """Age of samples when they arrive, by the clock of this computer."""
 
     def __init__(self) -> None:
         """Start without a sample."""

@@ -1,4 +1,4 @@
-"""What a filter node hears: corrected Imu messages, or raw ones that it corrects itself."""
+"""Input of a filter node: corrected Imu messages, or raw ones that it corrects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SWITCH_AFTER = 10
 
 
 class TiltInput:
-    """Serialised messages in, corrected samples out; raw input is recognised by itself.
+    """Serialised messages in, corrected samples out; raw input is recognised automatically.
 
     Raw are messages that report no orientation (REP-145), whose orientation is no number, or
     the identity of a driver that never sets one. Single messages of the other kind are left out.
@@ -31,7 +31,7 @@ class TiltInput:
         self.raw = False
         """Whether the messages report no orientation and are corrected here."""
         self.default_orientation = False
-        """Whether that is because every orientation so far is one that nobody has set."""
+        """Whether that is because no orientation so far has been set."""
         self._decided, self._oriented = False, False
         self._others, self._left_out = 0, 0
         self._corrected = CorrectedStream(settings.wheel_wait)

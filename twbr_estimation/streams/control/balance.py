@@ -1,6 +1,6 @@
 """From tilt, wheels and a speed command to the motors' voltages; and when to cut them.
 
-No clock and no ROS: the caller says what time it is, in the clock of the stamps it passes.
+No clock and no ROS: the caller passes the time, in the clock of its stamps.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Standing(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class BalanceSettings:
-    """What a user chooses about balancing, apart from the controllers' own parameters.
+    """User settings of balancing, apart from the controllers' own parameters.
 
     Raises:
         ConfigurationError: an unknown controller, or a number out of bounds.
@@ -114,7 +114,7 @@ class BalanceConfiguration:
 
 
 class BalanceStream:
-    """A controller on a live stream, its motors cut whenever it cannot know the robot."""
+    """A controller on a live stream, its motors cut whenever the robot's state is unknown."""
 
     def __init__(self, configuration: BalanceConfiguration) -> None:
         """Prepare the controller; it starts at the first step with tilt and wheels.
@@ -181,7 +181,7 @@ class BalanceStream:
         self._tilt = (stamp, tilt, rate)
 
     def set_valid(self, valid: bool) -> None:
-        """Take whether the tilt can be trusted, which holds until told otherwise."""
+        """Set whether the tilt is valid, until the next call."""
         self._valid = valid
 
     def set_fault(self, fault: Standing | None) -> None:
@@ -255,7 +255,7 @@ class BalanceStream:
         return Standing.FALLEN if self._has_fallen(now, tilt[1]) else Standing.BALANCING
 
     def _has_fallen(self, now: int, tilt: float) -> bool:
-        """Return whether the robot lies, or has not been upright for long enough since."""
+        """Return whether the robot is down, or has not been upright for long enough since."""
         settings = self.settings
         if abs(tilt) > settings.fall_tilt:
             self._fallen = True
@@ -291,7 +291,7 @@ class BalanceStream:
         if command is not None and (now - command[0]) * _SECOND <= settings.command_timeout:
             velocity, yaw_rate = command[1:]
         if self._geometry.heading_per_difference == 0.0 or self._wheels.encoders < 2.0:
-            yaw_rate = 0.0  # a robot that does not know its heading would never stop turning
+            yaw_rate = 0.0  # without a measured heading the robot would never stop turning
         return (
             _ramped(
                 self._target[0],

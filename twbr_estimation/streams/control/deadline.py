@@ -21,7 +21,7 @@ class Deadline:
         self.running = False
         """Whether the latest command drives a motor."""
         self.missed = 0
-        """How often the deadline passed."""
+        """Number of times the deadline passed."""
         self._missing = False
 
     def feed(self, now: float) -> None:

@@ -1,4 +1,4 @@
-"""Whether a tilt that arrives is one of now: its stamp against the clock, its value against the last.
+"""Freshness of an arriving tilt: its stamp against the clock, its value against the last.
 
 | what arrives | outcome |
 |---|---|
@@ -24,7 +24,7 @@ def judged_by_stamp(stamp: int, now: int, timeout: float) -> Standing | None:
 
     Args:
         stamp: Of the tilt [ns].
-        now: What the clock says [ns]; 0 where a simulated clock has not begun.
+        now: Time of the clock [ns]; 0 where a simulated clock has not begun.
         timeout: Age from which on a tilt is stale, and how far it may be ahead [s].
     """
     if now <= 0:

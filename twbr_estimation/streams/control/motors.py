@@ -1,4 +1,4 @@
-"""What a node adds to `balancing`: who may start the motors, when a step is due, no jumps.
+"""Motor control on top of `balance`: permission to start, time of the next step, no jumps.
 
 | what happens | outcome |
 |---|---|
@@ -39,7 +39,7 @@ DISABLED = "disabled; call ~/enable"
 
 @dataclass(frozen=True, slots=True)
 class ControlSettings:
-    """What a user chooses beyond `BalanceSettings`.
+    """User settings beyond `BalanceSettings`.
 
     Raises:
         ConfigurationError: a number out of bounds.
@@ -95,7 +95,7 @@ class ControlStream:
         """
         self.guard = StampGuard()
         self.counts: Counter[str] = Counter(steps=0, falls=0, cuts=0)
-        """How often something happened."""
+        """Numbers of events."""
         self._configuration = configuration
         self._balance = BalanceStream(configuration.balance)
         self._balance.lay_down()
@@ -124,7 +124,7 @@ class ControlStream:
 
     @property
     def balance(self) -> BalanceStream:
-        """What the controller knows."""
+        """Input of the controller."""
         return self._balance
 
     @property
@@ -142,7 +142,7 @@ class ControlStream:
         self._configuration, self._changed = configuration, True
 
     def enable(self) -> str:
-        """Let the robot balance from now on, and say what happens."""
+        """Let the robot balance from now on; return a message."""
         self._enabled = True
         limit = self._balance.settings.fall_tilt
         if self._tilt is not None and abs(self._tilt[1]) < limit:
@@ -151,7 +151,7 @@ class ControlStream:
         return "enabled; it balances as soon as it is stood up"
 
     def disable(self) -> str:
-        """Cut the motors from now on, and say so."""
+        """Cut the motors from now on; return a message."""
         self._enabled = False
         return "disabled: the motors are cut"
 
@@ -176,7 +176,7 @@ class ControlStream:
             stamp: Of the sample, or of the arrival where it has none [ns].
             tilt: From the balance point [rad], positive forward.
             rate: Its rate [rad/s]; None to derive it.
-            now: What the clock of the stamps says [ns], to judge whether the tilt is one of
+            now: Time of the stamps' clock [ns], to judge whether the tilt is one of
                 now; None where that is not in question.
         """
         if not (abs(tilt) <= LARGEST_TILT and abs(rate or 0.0) <= FASTEST):

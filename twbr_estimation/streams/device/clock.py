@@ -2,7 +2,7 @@
 
 A message arrives some time after it was sent, never before. Arrival minus device time is thus
 the offset of the clocks plus a delay, and its lower envelope over time is the offset plus the
-shortest delay. The envelope is the line below all points that lies closest to them: an edge of
+shortest delay. The envelope is the line below all points that is closest to them: an edge of
 their lower convex hull, the one above the mean of the device times.
 """
 
@@ -14,7 +14,7 @@ from collections import deque
 BLOCK = 1.0
 """Device time of which the smallest difference is kept [s]."""
 BLOCKS = 60
-"""How many are remembered: a minute, in which a clock's rate hardly changes."""
+"""Number kept: a minute, in which a clock's rate hardly changes."""
 BLOCKS_FOR_DRIFT = 3
 """Below this many the clocks count as running at the same rate."""
 LARGEST_DRIFT = 0.02
@@ -44,7 +44,7 @@ class DeviceClock:
         self._tick, self._wrap = tick, ticks_of_wrap
         self.restarts = 0
         self.drift = 0.0
-        """How much slower the device's clock runs than ours, relative."""
+        """Relative slowness of the device's clock against this computer's."""
         self._last_stamp = 0
         self._begin()
 
@@ -130,7 +130,7 @@ class DeviceClock:
 
 
 def _edge(points: list[tuple[float, float]]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the edge of the lower convex hull that lies below the mean of the times."""
+    """Return the edge of the lower convex hull below the mean of the times."""
     hull: list[tuple[float, float]] = []
     for point in points:
         while len(hull) > 1 and _turns_down(hull[-2], hull[-1], point):
@@ -144,5 +144,5 @@ def _edge(points: list[tuple[float, float]]) -> tuple[tuple[float, float], tuple
 
 
 def _turns_down(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:
-    """Return whether b lies on or above the line from a to c."""
+    """Return whether b is on or above the line from a to c."""
     return (b[1] - a[1]) * (c[0] - a[0]) >= (c[1] - a[1]) * (b[0] - a[0])

@@ -26,7 +26,7 @@ class LineDecoder:
         """Decode lines of this description.
 
         Raises:
-            ConfigurationError: the description asks for what a live stream cannot have.
+            ConfigurationError: the description has an entry that a live stream does not support.
         """
         if description.rate:
             raise ConfigurationError("rate: a serial port needs a column of time, or `arrival`")

@@ -35,7 +35,7 @@ class PortStream:
 
     @property
     def restarts(self) -> int:
-        """How often the clocks were related anew."""
+        """Number of times the clocks were related again."""
         return 0 if self._clock is None else self._clock.restarts
 
     def restart(self) -> None:

@@ -14,7 +14,7 @@ from .pacing import FlowWindow, Pace
 CLOCK_PERIOD = 10_000_000
 """Recorded time between two clock messages [ns]."""
 STALL_LIMIT = 2.0
-"""At rate 0: messages under way are given up when nobody reports for this long [s]."""
+"""At rate 0: messages under way are given up after this time without a report [s]."""
 DRAIN_LIMIT = 0.5
 """The same at the end of a pass, where consumers may keep the last samples [s]."""
 CLOCK_GAP = 10_000_000_000
@@ -47,7 +47,7 @@ class MessageSource(Protocol):
 
 
 class Sink(Protocol):
-    """Where messages go."""
+    """Destination of messages."""
 
     def publish(self, topic: str, content: bytes) -> None:
         """Send one message."""
@@ -227,7 +227,7 @@ class Player:
             self._window.drain(DRAIN_LIMIT)
 
     def _limited(self) -> bool:
-        """Whether a window says how fast to play."""
+        """Whether a window sets the speed."""
         return self._window is not None and self._pace.rate == 0.0
 
     def _limits(self) -> tuple[int, int]:

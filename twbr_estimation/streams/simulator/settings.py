@@ -1,4 +1,4 @@
-"""What simulator_node simulates: the parameters, and what they mean."""
+"""Parameters of simulator_node, with their meaning."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...parameters.bounds import Bounds, Meaning, require_bounds
 
 
 class CommandUnit(str, Enum):
-    """What the numbers of a motor command are."""
+    """Quantity of the numbers of a motor command."""
 
     VOLTAGE = "voltage"
     """[V]."""
@@ -20,7 +20,7 @@ class CommandUnit(str, Enum):
 
 
 class SensorPath(str, Enum):
-    """How the sensors are read."""
+    """Way in which the sensors are read."""
 
     TOPICS = "topics"
     """Their messages are published."""
@@ -29,7 +29,7 @@ class SensorPath(str, Enum):
 
 
 class Physics(str, Enum):
-    """What moves the robot."""
+    """Model that moves the robot."""
 
     RIG = "rig"
     """The project's own rig."""
@@ -39,7 +39,7 @@ class Physics(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class SimulatorSettings:
-    """What is simulated; fixed at the start.
+    """Settings of the simulation; fixed at the start.
 
     Raises:
         ConfigurationError: a number out of bounds, or choices that exclude each other.
@@ -94,7 +94,7 @@ class SimulatorSettings:
         Meaning(
             "`topics` publishes the sensors' messages; `registers` lets mpu6050_node and "
             "encoder_node, in this process, read simulated chips. Not in lockstep: a chip "
-            "has a clock of its own."
+            "has a separate clock."
         ),
     ] = SensorPath.TOPICS
     command_unit: Annotated[
@@ -128,7 +128,9 @@ class SimulatorSettings:
     ] = True
     stay_down: Annotated[
         bool,
-        Meaning("Whether a fallen robot lies until `~/stand_up`; otherwise it is lifted at once."),
+        Meaning(
+            "Whether a fallen robot stays down until `~/stand_up`; otherwise it is lifted at once."
+        ),
     ] = True
     compiled: Annotated[
         bool, Meaning("Whether the plant is compiled: cheaper, after some seconds at the start.")
@@ -150,7 +152,7 @@ class SimulatorSettings:
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """How strong the disturbances on demand are.
+    """Strengths of the disturbances on demand.
 
     Raises:
         ConfigurationError: a number out of bounds.

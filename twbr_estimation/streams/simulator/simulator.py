@@ -1,4 +1,4 @@
-"""What simulator_node does, without ROS: a simulated robot that follows time and commands."""
+"""The work of simulator_node without ROS: a simulated robot that follows time and commands."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Simulator:
         self.settings = settings
         self._given = robot
         self.counts: Counter[str] = Counter(commands=0, rejected=0, timeouts=0, late=0)
-        """How often something happened."""
+        """Numbers of events."""
         self.rejection = ""
         """Why the latest bad command was rejected."""
         self._shift = 0
@@ -78,7 +78,7 @@ class Simulator:
 
     @property
     def stamp(self) -> int:
-        """How far the simulation is [ns]."""
+        """Present time of the simulation [ns]."""
         return self.robot.stamp + self._shift
 
     @property
