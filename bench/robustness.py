@@ -6,7 +6,7 @@ Faults: mean square error in, and 2 s after, the middle third of each recording 
 which the fault lasts; then the largest error 2 s after a start 30 deg wrong [deg].
 Consistency: squared error over variance (NEES, against the truth) and squared innovation of
 the wheels over its variance (NIS), means over time and seeds; 1 is ideal, and the mean of ten
-independent values lies within .32 and 2.05 in 95 % of the cases.
+independent values is between 0.32 and 2.05 in 95 % of the cases.
 """
 
 from __future__ import annotations
