@@ -95,7 +95,7 @@ def test_the_slopes_are_those_of_the_prediction(name: str) -> None:
 
 
 def test_the_prediction_is_the_robots_motion() -> None:
-    """A small motion for .1 s, against the nonlinear plant."""
+    """A small motion for 0.1 s, against the nonlinear plant."""
     p, c = spatial_parameters(EDUMIP_ROBOT), coefficients("dynamic_calibrating")
     state = SpatialState(0.03, 0.2, 0.4, -0.1, 1.0, 6.0)
     x, commands = np.r_[np.array(state), np.zeros(4)], Commands(0.4, 0.3)

@@ -196,7 +196,7 @@ def test_the_printed_coefficients_follow_from_table_ii() -> None:
     np.testing.assert_allclose([f5[0], f5[1], f5[3]], [0.813, -1.12, 7.47], rtol=5e-3)
     np.testing.assert_allclose(found["f6"], [0.939, 2.44], rtol=5e-3)
     np.testing.assert_allclose(a_y, [8.17, -7.41, -0.204, -0.0346], rtol=5e-3)
-    # The printed .009 and -.016 are neither those of (27) nor right: see the next two tests.
+    # The printed 0.009 and -0.016 are neither those of (27) nor right: see the next two tests.
     assert (f4[2], f5[2]) == pytest.approx((0.00300, -0.00533), rel=5e-3)
 
 

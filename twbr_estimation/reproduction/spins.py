@@ -23,8 +23,8 @@ SETTLING_SHARE = 1.0 / 3.0
 """Share of a spin that is not scored: the printed filters take ten seconds to settle."""
 SENSORS: Mapping[str, SpinSensor] = {
     "15.7 mm off": SpinSensor(),
-    "and .2 % cross-axis": SpinSensor(gyro_cross_axis=0.002),
-    "and .012 rad mounting": SpinSensor(gyro_cross_axis=0.002, mounting_error=0.012),
+    "and 0.2 % cross-axis": SpinSensor(gyro_cross_axis=0.002),
+    "and 0.012 rad mounting": SpinSensor(gyro_cross_axis=0.002, mounting_error=0.012),
 }
 """Errors of the IMU; each entry includes the errors of the one before."""
 PLAIN = CorrectionSettings(euler=False, centrifugal=False, wheel=False, yaw=False)
