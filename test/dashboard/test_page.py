@@ -18,7 +18,7 @@ pytest.importorskip("nicegui", reason="needs the extra dashboard")
 from test.report.browser import NAMES, Browser, chromium
 
 PAGE = Path(__file__).parent / "fake_page.py"
-PATIENCE = 60.0
+TIMEOUT = 60.0
 
 
 def free_port() -> int:
@@ -29,7 +29,7 @@ def free_port() -> int:
 
 def until(browser: Browser, condition: str) -> Any:
     """Return the first value of a JavaScript expression that is true."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + TIMEOUT
     while not (found := browser.evaluate(condition)):
         assert time.monotonic() < end, f"never true: {condition}\n{browser.complaints()}"
         time.sleep(0.05)

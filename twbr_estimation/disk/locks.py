@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-_PATIENCE = 30.0
+_TIMEOUT = 30.0
 """How long to wait for another writer's short hold of a folder [s]."""
 _PAUSE = 0.01
 _BUSY = (errno.EAGAIN, errno.EACCES)
@@ -59,7 +59,7 @@ def directory_locked(folder: Path) -> Iterator[None]:
 
 
 def _wait(descriptor: int, folder: Path) -> None:
-    end = time.monotonic() + _PATIENCE
+    end = time.monotonic() + _TIMEOUT
     while True:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -69,6 +69,6 @@ def _wait(descriptor: int, folder: Path) -> None:
                 return
         if time.monotonic() > end:
             raise TimeoutError(
-                errno.ETIMEDOUT, f"another process has held the folder for {_PATIENCE:g} s", folder
+                errno.ETIMEDOUT, f"another process has held the folder for {_TIMEOUT:g} s", folder
             )
         time.sleep(_PAUSE)
