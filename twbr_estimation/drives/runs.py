@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..batch import EstimateTrack
+from ..batch.judging import trusted_share
 from ..errors import ConfigurationError
 from ..filters import Filter
 from ..recording import FloatArray, Recording, TiltTrack
@@ -95,6 +96,16 @@ class Runs(Mapping[str, EstimateTrack]):
     def warnings(self) -> tuple[str, ...]:
         """What a user should know before trusting figures made with these settings."""
         return (*warnings_for(self.drive, self.entries, self.parameters), *self.drive.notes)
+
+    @cached_property
+    def trusted(self) -> dict[str, float]:
+        """Share of the estimates that a live stream would call valid, by filter name.
+
+        It falls with gaps, saturated and frozen readings, and disagreement with gravity. The
+        samples are judged one by one when it is first asked for.
+        """
+        corrected = self.drive.corrected
+        return {e.name: trusted_share(e, corrected, self[e.name]) for e in self.entries}
 
     @cached_property
     def score(self) -> RecordingScore | None:

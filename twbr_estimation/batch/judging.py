@@ -1,0 +1,42 @@
+"""How much of a recording's estimates deserves trust, by the monitor of the live path."""
+
+from __future__ import annotations
+
+from ..filters.base import Filter
+from ..pipeline.validity import VALID_STDDEV, begin, watch
+from ..pipeline.watched_filter import SELF_JUDGED
+from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
+from .tracks import CorrectedTrack, EstimateTrack
+
+
+def trusted_share(
+    entry: Filter,
+    corrected: CorrectedTrack,
+    track: EstimateTrack,
+    valid_stddev: float = VALID_STDDEV,
+) -> float:
+    """Return the share of estimates that a live stream would call valid.
+
+    A recording's filter runs as its equations are and is not started afresh, so that one that
+    has gone astray stays without trust until it is back by itself.
+
+    Args:
+        entry: the filter.
+        corrected: n corrected samples.
+        track: what the filter made of them.
+        valid_stddev: deviation above which a tilt is not trusted [rad].
+
+    Returns:
+        From 0 to 1; nan without samples.
+    """
+    found, trusted, judge = None, 0, entry.name in SELF_JUDGED
+    estimates = track.columns.T.tolist()
+    for column, values in zip(corrected.columns.T.tolist(), estimates, strict=True):
+        sample, estimate = CorrectedSample(*column), TiltEstimate(*values)
+        if found is None or sample.dt > RESTART_GAP:
+            found = begin(sample, estimate, unknown=found is not None)
+        else:
+            found = watch(found, sample, estimate, valid_stddev, judge)
+        own = estimate.tilt_variance <= valid_stddev * valid_stddev
+        trusted += found.trusted > 0.0 and own
+    return trusted / len(estimates) if estimates else float("nan")
