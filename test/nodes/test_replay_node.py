@@ -188,3 +188,15 @@ def test_what_ros_has_no_name_for_is_left_out_and_named(
     node._announce(topic, kind)
     assert topic not in node._publishers_by_topic
     assert len(said) == 1 and why in said[0] and repr(topic) in said[0]
+
+
+def test_messages_of_topics_that_are_not_played_do_not_count(graph: Any, tmp_path: Path) -> None:
+    node = replay(graph, make_bag(tmp_path, 3), paused=True)
+    (topic, *_) = node._publishers_by_topic
+    node.publish("/not/played", b"")
+    node.publish(topic, bytes(100))
+    values = node.report().values
+    assert (values["messages"], values["messages_of_topics_left_out"]) == (1, 1)
+    assert node._summary().endswith("; 1 of topics that are not played")
+    node.player.stalls = 2
+    assert "2 times a followed topic stopped reporting" in node._summary()

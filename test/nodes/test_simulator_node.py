@@ -168,3 +168,15 @@ def test_the_drivers_read_the_simulated_chips_and_the_robot_stays_upright(graph:
     assert simulator.robot.falls == 0 and abs(simulator.latest.truth.tilt) < 0.3
     assert len(raw) > 500 and len(tilts) > 500
     assert nodes[0].report().level is Level.OK
+
+
+def test_a_dead_band_that_never_releases_the_hand_is_explained(graph: Any) -> None:
+    node = simulator_in(graph, paused=True)
+    for _ in range(400):
+        node.simulator.command((0.0, 0.0))
+    node._paused = False
+    assert node.report().level is Level.OK
+    node.simulator.command((0.0, 0.0))
+    assert node.report().level is Level.WARN and "dead band" in node.report().message
+    node.simulator.stand_up()
+    assert node.report().level is Level.OK

@@ -124,6 +124,7 @@ class ReplayNode(GuardedNode):
         self._settings = self._declare_parameters()
         self._publishers_by_topic: dict[str, Any] = {}
         self._stamped: set[str] = set()
+        self._sent = self._left_out = 0
         self.player = self._make_player(self._settings)
         self._clock_publisher = self.create_publisher(ClockMessage, "/clock", published())
         self.create_service(Trigger, "~/pause", self._on_pause)
@@ -258,8 +259,11 @@ class ReplayNode(GuardedNode):
     def publish(self, topic: str, content: bytes) -> None:
         """Send one message; part of `player.Sink`."""
         publisher = self._publishers_by_topic.get(topic)
-        if publisher is not None:
-            publisher.publish(content)
+        if publisher is None:
+            self._left_out += 1
+            return
+        publisher.publish(content)
+        self._sent += 1
 
     def publish_clock(self, now: int) -> None:
         """Send the recorded time [ns]; part of `player.Sink`."""
@@ -296,7 +300,8 @@ class ReplayNode(GuardedNode):
         player = self.player
         values = {
             "position_s": round(player.position * 1e-9, 3),
-            "messages": player.played,
+            "messages": self._sent,
+            "messages_of_topics_left_out": self._left_out,
             "passes": player.passes,
             "stalls": player.stalls,
         }
@@ -323,9 +328,18 @@ class ReplayNode(GuardedNode):
             self.get_logger().fatal(str(self._error))
             raise SystemExit(1)
         self._state = "finished"
-        self.get_logger().info(f"played {self.player.played} messages of {self._settings.bag}")
+        self.get_logger().info(self._summary())
         if self._settings.exit_at_end:
             self.context.try_shutdown()
+
+    def _summary(self) -> str:
+        """Return what was played, and what was not or may have been lost."""
+        text = f"played {self._sent} messages of {self._settings.bag}"
+        if self._left_out:
+            text += f"; {self._left_out} of topics that are not played"
+        if stalls := self.player.stalls:
+            text += f"; {stalls} times a followed topic stopped reporting: some may be lost"
+        return text
 
     def destroy_node(self) -> None:
         """Stop the player, then the node."""

@@ -46,6 +46,9 @@ from .watchdog import PERIOD, wall_timer
 SETTLING = 1.0
 """In lockstep: wall time between finding the graph and the first step [s]."""
 
+PATIENCE = 400
+"""Commands of zeros after which the hand that holds the robot is explained: 2 s at 5 ms."""
+
 
 class SimulatorNode(GuardedNode):
     """Feeds a `Simulator` with time and commands, and publishes what it reads."""
@@ -248,6 +251,12 @@ class SimulatorNode(GuardedNode):
             return Report(Level.WARN, "fallen; call ~/stand_up", values)
         if simulator.rejection:
             text, simulator.rejection = simulator.rejection, ""
+            return Report(Level.WARN, text, values)
+        if simulator.held and simulator.zeros_while_held > PATIENCE:
+            text = (
+                f"held: {simulator.zeros_while_held} commands, all of them zeros; a controller "
+                "with a dead band needs a start_tilt beyond it, or held: false"
+            )
             return Report(Level.WARN, text, values)
         if simulator.held:
             return Report(Level.OK, "held until a motor command that is not zero", values)

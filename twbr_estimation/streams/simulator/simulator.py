@@ -53,6 +53,8 @@ class Simulator:
         self._given = robot
         self.counts: Counter[str] = Counter(commands=0, rejected=0, timeouts=0, late=0)
         """Numbers of events."""
+        self.zeros_while_held = 0
+        """Commands of zeros since a hand holds the robot."""
         self.rejection = ""
         """Why the latest bad command was rejected."""
         self._shift = 0
@@ -108,7 +110,7 @@ class Simulator:
     def stand_up(self) -> None:
         """Put the robot upright at rest where it is, at `start_tilt`, and hold it there."""
         self.robot.place(self.settings.start_tilt)
-        self._held = self.settings.held
+        self._held, self.zeros_while_held = self.settings.held, 0
 
     def push(self, disturbance: Disturbance) -> None:
         """Push the body from now on."""
@@ -132,6 +134,7 @@ class Simulator:
             return False
         self.counts["commands"] += 1
         self._held = self._held and not any(values)
+        self.zeros_while_held = self.zeros_while_held + 1 if self._held else 0
         self._command = (float(values[0]), float(values[-1]))
         self._commanded, self._timed_out = self.stamp, False
         return True
