@@ -53,6 +53,10 @@ EXCESS_END = 0.3
 """How well it is known to be zero at the end, and never below zero [rad/s]."""
 
 
+REST_DENSITY = 0.05
+"""Spectral density of the vertical's error at rest [rad^2 s]."""
+
+
 class Geometry(NamedTuple):
     """What the comparison needs of robot and parameters."""
 
@@ -110,10 +114,11 @@ def aid(
     aiding: Aiding,
     geometry: Geometry,
     time: float,
+    step: float,
 ) -> Aiding:
     """Compare with all that is known at this sample, `time` [s] after the last comparison.
 
-    Of the encoders, `wheels` are used.
+    Of the encoders, `wheels` are used, which count in steps of `step` [rad].
 
     Returns:
         What to remember.
@@ -122,7 +127,7 @@ def aid(
     may_slip = aiding.slipping < LONGEST_SLIP
     slow = 1.0 if aiding.calm >= HOLD and may_slip else 0.0
     if wheels > 0.0:
-        square = _wheel(p, error, nav, now, sample, slow, geometry, may_slip)
+        square = _wheel(p, error, nav, now, sample, slow, geometry, may_slip, step)
         if square > SLIP_GATE * SLIP_GATE:
             slipping = aiding.slipping + time
             if may_slip:
@@ -174,6 +179,7 @@ def _wheel(
     slow: float,
     geometry: Geometry,
     may_slip: bool,
+    step: float,
 ) -> float:
     """Compare the distance moved with the distance rolled; a slip opens the distance.
 
@@ -182,7 +188,8 @@ def _wheel(
     """
     h = wheel_slopes(nav, now, geometry)
     residual = rolled_distance(nav, now, sample, geometry) - nav.distance
-    variance = geometry.wheel_noise * geometry.wheel_noise
+    rough = 0.5 * geometry.wheel_radius * step
+    variance = geometry.wheel_noise * geometry.wheel_noise + rough * rough
     square = residual * residual / (scatter_of(p, h) + variance)
     if may_slip:
         p[DISTANCE, DISTANCE] += beyond_gate(p, h, residual, variance)
@@ -263,6 +270,21 @@ def observe_room(
         for axis in range(VELOCITY, VELOCITY + 3):
             moving = Slopes((axis, axis, axis, axis), (1.0, 0.0, 0.0, 0.0))
             observe(p, error, moving, -nav.velocity[axis - VELOCITY], variance, slow, gains)
+
+
+def observe_rest(p: Array, error: Array, up: Vector, time: float) -> None:
+    """A body that lies still is as level as the accelerometer has it, and does not move.
+
+    Args:
+        p: covariance, changed in place.
+        error: estimated error, changed in place.
+        up: the vertical in the navigation's level axes.
+        time: since this was said last [s].
+    """
+    variance = REST_DENSITY / time
+    for axis, residual in ((ATTITUDE, up[1]), (ATTITUDE + 1, -up[0])):
+        h = Slopes((axis, axis, axis, axis), (1.0, 0.0, 0.0, 0.0))
+        observe(p, error, h, residual, variance, 0.0, 0.0)
 
 
 def _displaced(x: float, y: float, z: float) -> Slopes:

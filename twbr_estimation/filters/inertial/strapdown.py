@@ -109,8 +109,11 @@ def attitude_at(tilt: float, accel: Vector) -> Quaternion:
 
 
 def heading_of(m: Matrix) -> tuple[float, float]:
-    """Return the level direction the robot faces, as a unit vector."""
-    length = math.sqrt(m[0] * m[0] + m[3] * m[3])
+    """Return the level direction in which the wheels roll, as a unit vector.
+
+    It is across the axle, so that it holds at any tilt, upside down as well.
+    """
+    length = math.sqrt(m[1] * m[1] + m[4] * m[4])
     if length < 1e-6:
         return 1.0, 0.0
-    return m[0] / length, m[3] / length
+    return m[4] / length, -m[1] / length

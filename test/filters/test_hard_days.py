@@ -1,0 +1,81 @@
+"""The default filter on a robot's hard days: never much worse than without its wheels."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.filters import filter_named
+from twbr_estimation.pipeline.pairing import pair
+from twbr_estimation.recording import FloatArray
+from twbr_estimation.simulation.hard_days import DAYS, Day
+
+SEED = 4001
+"""Never used to choose a constant."""
+FLOOR, ROOM = 1.2, 0.03
+"""Factor and addition [deg^2] within which the filter must be of the best of its rivals."""
+
+
+@cache
+def day(name: str, dt: float) -> tuple[Day, CorrectedTrack, CorrectedTrack]:
+    made = DAYS[name](SEED, dt)
+    imu = made.recording.imu
+    tracks = [correct(pair(imu, wheels), made.setup) for wheels in (made.recording.wheels, None)]
+    return made, tracks[0], tracks[1]
+
+
+def errors(name: str, made: Day, track: CorrectedTrack) -> tuple[FloatArray, FloatArray]:
+    """Return error [deg] and variance [rad^2] of a filter."""
+    entry, truth = filter_named(name), made.recording.truth
+    assert truth is not None
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    return np.degrees(np.angle(np.exp(1j * (found.tilt - truth.tilt)))), found.tilt_variance
+
+
+@pytest.mark.parametrize("dt", [0.005, 0.01])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "carried, one encoder",
+        "carried, wheels run",
+        "lifted 2 s, wheels run",
+        "starts lying",
+        "wheels spun in the hand",
+        "left encoder frozen",
+        "48 counts a turn",
+        "200 counts a turn",
+        "encoder 20 to 60 ms late",
+        "leans motionless for 5 min",
+        "into a wall",
+    ],
+)
+def test_no_worse_than_the_best_that_could_be_had(name: str, dt: float) -> None:
+    made, wheels, blind = day(name, dt)
+    ours = np.mean(errors("ins_odometer", made, wheels)[0] ** 2)
+    rivals = (
+        np.mean(errors("ins_odometer", made, blind)[0] ** 2),
+        np.mean(errors("complementary", made, wheels)[0] ** 2),
+    )
+    assert ours < FLOOR * min(rivals) + ROOM
+
+
+@pytest.mark.parametrize("name", ["encoder signs wrong", "counts doubled", "left encoder mirrored"])
+def test_wrong_encoders_are_found_out(name: str) -> None:
+    made, wheels, blind = day(name, 0.005)
+    ours = np.mean(errors("ins_odometer", made, wheels)[0] ** 2)
+    assert ours < 1.5 * np.mean(errors("ins_odometer", made, blind)[0] ** 2) + ROOM
+
+
+@pytest.mark.parametrize("dt", [0.005, 0.01])
+@pytest.mark.parametrize(
+    "name", ["thrown on a pivot", "thrown on its wheels", "falls and is put up"]
+)
+def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> None:
+    made, wheels, _ = day(name, dt)
+    error, _ = errors("ins_odometer", made, wheels)
+    time = (made.recording.imu.stamps - made.recording.imu.stamps[0]) * 1e-9
+    for begin, end in made.rests:
+        assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0

@@ -1,0 +1,110 @@
+"""Whether the body lies still, by gyro and accelerometer alone.
+
+A run of readings that all stay near their mean is rest; the first one that does not begins the
+next run. Nothing that happened before a run can delay its end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ...samples import STANDARD_GRAVITY, CorrectedSample
+from .strapdown import Vector
+
+MEMORY = 0.3
+"""Time over which the readings of a run are averaged [s]."""
+STILL_AFTER = 0.15
+"""So long must a run last [s]."""
+TURNING = 0.012
+"""A rate further from the mean is motion [rad/s]."""
+SURE_AFTER = 1.0
+"""A run of this length is rest whatever constant rate the gyro shows [s]."""
+SLOW_TURNING = 0.02
+"""Before that a mean rate further from the known bias is motion [rad/s]."""
+MEAN_TURNING = 0.08
+"""A larger mean rate is motion, as no gyro has such a bias [rad/s]."""
+SHAKING = 0.2
+"""A specific force further from the mean is motion [m/s^2]."""
+RECENT = 0.05
+"""Time over which the latest readings are averaged [s]."""
+SWAYING = 0.08
+"""A mean of the latest specific force further from that of the run is motion [m/s^2]."""
+NOISE = 5.0
+"""Deviations of so many standard deviations of the sensor's noise are none."""
+HIDDEN = 0.0105
+"""Angle of a sway that may hide in a run of one second, and in inverse proportion [rad s]."""
+GRAVITY_SHARE = 0.15
+"""How far the specific force may be from gravity."""
+
+
+class Stillness(NamedTuple):
+    """The present run of quiet readings."""
+
+    gyro: Vector
+    """Mean rate [rad/s]."""
+    accel: Vector
+    """Mean specific force [m/s^2]."""
+    recent: Vector
+    """Mean of the latest specific force [m/s^2]."""
+    time: float
+    """Since when the readings are quiet [s]."""
+
+
+def begin_stillness(sample: CorrectedSample) -> Stillness:
+    """Begin a run with one sample."""
+    gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
+    accel = (sample.accel_x, sample.accel_y, sample.accel_z)
+    return Stillness(gyro, accel, accel, 0.0)
+
+
+def is_still(stillness: Stillness, bias: Vector) -> bool:
+    """Whether the body lies still, by a gyro of that bias [rad/s]."""
+    if stillness.time < STILL_AFTER:
+        return False
+    x, y, z = stillness.gyro
+    x, y, z = x - bias[0], y - bias[1], z - bias[2]
+    slow = x * x + y * y + z * z < SLOW_TURNING * SLOW_TURNING
+    return slow or stillness.time >= SURE_AFTER
+
+
+def noticed(stillness: Stillness, sample: CorrectedSample) -> Stillness:
+    """Return the stillness one sample later."""
+    gyro, accel, noise = stillness.gyro, stillness.accel, NOISE * NOISE
+    p, q, r = sample.gyro_x - gyro[0], sample.gyro_y - gyro[1], sample.gyro_z - gyro[2]
+    turning = max(TURNING * TURNING, noise * sample.gyro_variance_y)
+    if p * p + q * q + r * r > turning:
+        return begin_stillness(sample)
+    x, y, z = sample.accel_x - accel[0], sample.accel_y - accel[1], sample.accel_z - accel[2]
+    shaking = max(SHAKING * SHAKING, noise * sample.accel_variance_x)
+    if x * x + y * y + z * z > shaking:
+        return begin_stillness(sample)
+    share = sample.dt / (min(stillness.time, MEMORY) + sample.dt)
+    gyro = (gyro[0] + share * p, gyro[1] + share * q, gyro[2] + share * r)
+    accel = (accel[0] + share * x, accel[1] + share * y, accel[2] + share * z)
+    if gyro[0] * gyro[0] + gyro[1] * gyro[1] + gyro[2] * gyro[2] > MEAN_TURNING * MEAN_TURNING:
+        return begin_stillness(sample)
+    force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
+    if abs(force - STANDARD_GRAVITY) > GRAVITY_SHARE * STANDARD_GRAVITY:
+        return begin_stillness(sample)
+    recent, new = stillness.recent, min(sample.dt / RECENT, 1.0)
+    recent = (
+        recent[0] + new * (sample.accel_x - recent[0]),
+        recent[1] + new * (sample.accel_y - recent[1]),
+        recent[2] + new * (sample.accel_z - recent[2]),
+    )
+    x, y, z = recent[0] - accel[0], recent[1] - accel[1], recent[2] - accel[2]
+    swaying = max(SWAYING * SWAYING, 0.5 * shaking * new)
+    if x * x + y * y + z * z > swaying:
+        return begin_stillness(sample)
+    return Stillness(gyro, accel, recent, stillness.time + sample.dt)
+
+
+def rest_variance(stillness: Stillness) -> float:
+    """Return how far the specific force may be off the vertical [rad^2].
+
+    A slow sway whose acceleration hides in what counts as quiet is the less likely the longer
+    it lasts.
+    """
+    off = HIDDEN / stillness.time
+    return off * off

@@ -1,0 +1,237 @@
+"""The vertical as gyro and accelerometer alone have it, beside the navigation.
+
+Wheels cannot spoil it, so it is what the navigation is held against. The specific force, turned
+into level axes by the gyro, is averaged twice over a second and a half; its direction is the
+vertical. It is kept in the level axes of the navigation and is turned wherever they are.
+Laidig and Seel 2023, VQF: Highly accurate IMU orientation estimation, section 3, after whom the
+average is taken in axes that the gyro keeps.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ...samples import CorrectedSample
+from .strapdown import Matrix, Quaternion, Vector, cross, matrix_of, rotated, rotation_of
+
+MEMORY = 1.5
+"""Time over which the force, and then its direction, is averaged [s]."""
+AGREEMENT = 1.0
+"""Time in which it follows the navigation whose wheels have proven right [s]."""
+SWAY = 0.02
+"""Spectral density of the direction's error from accelerations [rad^2 s]."""
+BASE = 2.5e-5
+"""Variance of the direction after a long time [rad^2]."""
+BIAS_GAIN = 0.02
+"""Rate of change of the gyro's bias per error of the direction [1/s^2]."""
+REST_TIME = 0.03
+"""Time in which the vertical goes to where the accelerometer points at rest [s]."""
+BIAS_REST = 0.5
+"""Time in which the gyro's bias is learnt at rest [s]."""
+LARGEST_BIAS = 0.05
+"""[rad/s]."""
+LEAST_FORCE = 2.0
+"""A smaller specific force has no direction to trust [m/s^2]."""
+PENDING_TIME = 2.0
+"""Time over which the square of the outstanding correction is averaged [s]."""
+
+
+class Vertical(NamedTuple):
+    """The vertical without wheels, in the navigation's level axes."""
+
+    up: Vector
+    """Unit vector."""
+    force: Vector
+    """Average of the specific force [m/s^2]."""
+    bias: Vector
+    """Of the gyro, body axes [rad/s]."""
+    age: float
+    """Time that the averages stand for [s]."""
+    pending: float
+    """Mean square of the angle between `force` and `up` of late [rad^2]."""
+
+
+def begin_vertical(force: Vector, bias: Vector, variance: float) -> Vertical:
+    """Begin where the navigation is level, with a variance [rad^2] of that."""
+    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0)
+
+
+def variance_of(vertical: Vertical) -> float:
+    """Return the variance of the direction, for each level axis [rad^2]."""
+    return BASE + vertical.pending + unseen_variance(vertical)
+
+
+def unseen_variance(vertical: Vertical) -> float:
+    """Return what is left of the variance of turns that the gyro could not see [rad^2]."""
+    return SWAY * (1.0 / vertical.age - 1.0 / MEMORY)
+
+
+def followed(
+    vertical: Vertical,
+    body: Matrix,
+    rate: Vector,
+    sample: CorrectedSample,
+    unseen: float,
+) -> Vertical:
+    """Return the vertical one sample later.
+
+    Args:
+        vertical: one sample ago.
+        body: attitude of the navigation.
+        rate: the rate that led to it, body axes [rad/s].
+        sample: the new one.
+        unseen: variance of a turn that the gyro could not see [rad^2].
+    """
+    dt, b = sample.dt, vertical.bias
+    drift = rotated(
+        body,
+        (
+            dt * (rate[0] - sample.gyro_x + b[0]),
+            dt * (rate[1] - sample.gyro_y + b[1]),
+            dt * (rate[2] - sample.gyro_z + b[2]),
+        ),
+    )
+    up, force = turned_by(vertical.up, drift), turned_by(vertical.force, drift)
+    age, pending = vertical.age, vertical.pending
+    if unseen > 0.0:
+        age = 1.0 / (1.0 / age + unseen / SWAY)
+    accel = (sample.accel_x, sample.accel_y, sample.accel_z)
+    size = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
+    if size < LEAST_FORCE:
+        return Vertical(up, force, b, age, pending)
+    age = min(age + dt, MEMORY)
+    felt, share = rotated(body, accel), min(dt / age, 1.0)
+    force = (
+        force[0] + share * (felt[0] - force[0]),
+        force[1] + share * (felt[1] - force[1]),
+        force[2] + share * (felt[2] - force[2]),
+    )
+    length = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
+    if length < LEAST_FORCE:
+        return Vertical(up, force, b, age, pending)
+    off = (force[0] / length - up[0], force[1] / length - up[1], force[2] / length - up[2])
+    half = 0.5 * share
+    up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
+    square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
+    pending += min(dt / PENDING_TIME, 1.0) * (square - pending)
+    return Vertical(up, force, learnt_bias(b, body, cross(up, off), dt, age), age, pending)
+
+
+def at_rest(
+    vertical: Vertical, body: Matrix, accel: Vector, gyro: Vector, variance: float, dt: float
+) -> Vertical:
+    """Return the vertical of a body that lies still: it is where the accelerometer points.
+
+    Args:
+        vertical: before that was known.
+        body: attitude of the navigation.
+        accel: mean specific force since the body lies still, body axes [m/s^2].
+        gyro: mean rate since then [rad/s].
+        variance: of that direction [rad^2].
+        dt: time since the last sample [s].
+    """
+    present = variance_of(vertical)
+    share = min(dt / REST_TIME, 1.0) * max(1.0 - variance / present, 0.0)
+    (x, y, z), (a, b, c) = unit(rotated(body, accel)), vertical.up
+    up = unit((a + share * (x - a), b + share * (y - b), c + share * (z - c)))
+    felt, old = rotated(body, accel), vertical.force
+    force = (
+        old[0] + share * (felt[0] - old[0]),
+        old[1] + share * (felt[1] - old[1]),
+        old[2] + share * (felt[2] - old[2]),
+    )
+    bias, slow = vertical.bias, share * min(dt / BIAS_REST, 1.0) / min(dt / REST_TIME, 1.0)
+    learnt = (
+        bounded(bias[0] + slow * (gyro[0] - bias[0])),
+        bounded(bias[1] + slow * (gyro[1] - bias[1])),
+        bounded(bias[2] + slow * (gyro[2] - bias[2])),
+    )
+    return Vertical(up, force, learnt, _aged(vertical.age, share), (1.0 - share) * vertical.pending)
+
+
+def _aged(age: float, share: float) -> float:
+    """Return the age that leaves the given share less of the variance it stands for."""
+    return min(1.0 / ((1.0 / age - 1.0 / MEMORY) * (1.0 - share) + 1.0 / MEMORY), MEMORY)
+
+
+def agreed(vertical: Vertical, dt: float) -> Vertical:
+    """Return the vertical pulled towards the navigation's, whose wheels have proven right."""
+    share = min(dt / AGREEMENT, 1.0)
+    x, y, z = vertical.up
+    up = unit((x - share * x, y - share * y, z + share * (1.0 - z)))
+    keep = 1.0 - share
+    x, y, z = vertical.force
+    force = (keep * x, keep * y, z)
+    age = _aged(vertical.age, share)
+    return Vertical(up, force, vertical.bias, age, keep * vertical.pending)
+
+
+def learnt_bias(bias: Vector, body: Matrix, error: Vector, dt: float, age: float) -> Vector:
+    """Return the gyro's bias after one more sample; `error` is the turn still to be made."""
+    if age < MEMORY:
+        return bias
+    share = BIAS_GAIN * dt
+    return (
+        bounded(bias[0] - share * (body[0] * error[0] + body[3] * error[1] + body[6] * error[2])),
+        bounded(bias[1] - share * (body[1] * error[0] + body[4] * error[1] + body[7] * error[2])),
+        bounded(bias[2] - share * (body[2] * error[0] + body[5] * error[1] + body[8] * error[2])),
+    )
+
+
+def bounded(bias: float) -> float:
+    """Return a bias that is no larger than a gyro's can be [rad/s]."""
+    return min(max(bias, -LARGEST_BIAS), LARGEST_BIAS)
+
+
+def turned_by(vector: Vector, turn: Vector) -> Vector:
+    """Return a vector after a small turn [rad], to second order."""
+    first = cross(turn, vector)
+    second = cross(turn, first)
+    return (
+        vector[0] + first[0] + 0.5 * second[0],
+        vector[1] + first[1] + 0.5 * second[1],
+        vector[2] + first[2] + 0.5 * second[2],
+    )
+
+
+def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
+    """Return the same vertical after the navigation's attitude was repaired by a turn [rad]."""
+    return Vertical(
+        unit(turned_by(vertical.up, turn)),
+        turned_by(vertical.force, turn),
+        vertical.bias,
+        vertical.age,
+        vertical.pending,
+    )
+
+
+def unit(vector: Vector) -> Vector:
+    """Return a vector of length 1 in the same direction."""
+    x, y, z = vector
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < 1e-9:
+        return 0.0, 0.0, 1.0
+    return x / length, y / length, z / length
+
+
+def levelling(vertical: Vertical) -> Quaternion:
+    """Return the turn that makes the vertical the navigation's."""
+    x, y, z = vertical.up
+    across = math.sqrt(x * x + y * y)
+    angle = math.atan2(across, z)
+    if across < 1e-9:
+        return rotation_of((angle, 0.0, 0.0))
+    return rotation_of((angle * y / across, -angle * x / across, 0.0))
+
+
+def levelled(vertical: Vertical, level: Quaternion) -> Vertical:
+    """Return the vertical in axes that `levelling` has turned."""
+    force = rotated(matrix_of(level), vertical.force)
+    return Vertical((0.0, 0.0, 1.0), force, vertical.bias, vertical.age, vertical.pending)
+
+
+def off_level(vertical: Vertical) -> float:
+    """Return the square of how far the navigation is from the vertical [rad^2]."""
+    x, y, z = vertical.up
+    return x * x + y * y if z > 0.0 else 4.0
