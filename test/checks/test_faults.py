@@ -78,6 +78,37 @@ def counted_in_16_bit(angle: np.ndarray) -> np.ndarray:
     return ((np.round(angle / step) + 32768) % 65536 - 32768) * step
 
 
+def stuck(sensor: str, axis: int, value: float | None = None) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        imu = drive.recording.imu
+        values = getattr(imu, sensor).copy()
+        values[:, axis] = values[0, axis] if value is None else value
+        return replace(drive.recording, imu=replace(imu, **{sensor: values})), drive.setup
+
+    return faulty
+
+
+def dead(sensor: str, value: float) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        imu = drive.recording.imu
+        values = np.full_like(getattr(imu, sensor), value)
+        return replace(drive.recording, imu=replace(imu, **{sensor: values})), drive.setup
+
+    return faulty
+
+
+def reference(
+    by: Callable[[np.ndarray], np.ndarray], late: float = 0.0
+) -> Callable[[Simulated], Faulty]:
+    def faulty(drive: Simulated) -> Faulty:
+        track = drive.recording.reference
+        assert track is not None
+        track = replace(track, tilt=by(track.tilt), stamps=track.stamps + round(late * 1e9))
+        return replace(drive.recording, reference=track), drive.setup
+
+    return faulty
+
+
 CASES = {
     "wheels backward": (wheels(lambda a: -a), "wheels sign", -1.0),
     "wheels in degrees": (wheels(np.degrees), "wheels scale", 57.3),
@@ -91,11 +122,31 @@ CASES = {
     "wheels late": (wheels(lambda a: a, late=0.2), "wheels clock", 0.2),
     "wheels early": (wheels(lambda a: a, late=-0.1), "wheels clock", -0.1),
     "wheels of another clock": (wheels(lambda a: a, late=1e9), "wheels clock", 1e9),
+    "wheels late by 1 s": (wheels(lambda a: a, late=1.0), "wheels clock", 1.0),
+    "wheels early by 2.5 s": (wheels(lambda a: a, late=-2.5), "wheels clock", -2.5),
+    "wheels swapped": (wheels(lambda a: a[:, ::-1]), "wheels sides", None),
     "counter restarted": (wheels(restarted), "wheels jumps", None),
     "counter of 16 bit": (wheels(counted_in_16_bit), "wheels jumps", None),
     "gyro backward": (gyro(lambda v: -v), "gyro sign", -1.0),
     "gyro in deg/s": (gyro(np.degrees), "gyro unit", 57.3),
     "gyro axes swapped": (gyro(lambda v: v[:, [1, 0, 2]]), "gyro axes", 1.0),
+    "gyro y dead": (stuck("gyro", 1, 0.0), "gyro dead axis", None),
+    "gyro y stuck": (stuck("gyro", 1), "gyro dead axis", None),
+    "gyro z stuck": (stuck("gyro", 2), "gyro dead axis", None),
+    "gyro never filled in": (dead("gyro", 0.0), "gyro dead", None),
+    "gyro frozen": (dead("gyro", 0.01), "gyro dead", None),
+    "accelerometer x stuck": (stuck("accel", 0), "accelerometer dead axis", None),
+    "accelerometer y stuck": (stuck("accel", 1), "accelerometer dead axis", None),
+    "accelerometer z dead": (stuck("accel", 2, 0.0), "accelerometer dead axis", None),
+    "accelerometer never filled in": (dead("accel", 0.0), "accelerometer dead", None),
+    "accelerometer in counts": (
+        accelerometer(lambda v: v * 16384 / 9.80665),
+        "accelerometer unit",
+        16384 / 9.80665,
+    ),
+    "reference of another clock": (reference(lambda t: t, late=1e9), "reference clock", 1e9),
+    "reference dead": (reference(lambda t: 0.0 * t), "reference dead", None),
+    "reference not upright": (reference(lambda t: t + 0.3), "reference zero", 0.3),
     "accelerometer in g": (accelerometer(lambda v: v / 9.80665), "accelerometer unit", 0.102),
     "gravity removed": (accelerometer(lambda v: v - [0, 0, 9.4]), "accelerometer unit", None),
     "gravity negated": (accelerometer(lambda v: -v), "accelerometer direction", -1.0),

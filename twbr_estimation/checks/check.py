@@ -11,10 +11,11 @@ from .description import description
 from .evidence import Part, parts_of
 from .finding import Finding, Severity
 from .gravity import gravity
-from .readings import readings
+from .readings import DEAD, readings
 from .reference import reference
 from .rest import rest
 from .timing import timing
+from .turning import turning
 from .wheels import dead_wheels, wheels
 
 
@@ -31,9 +32,10 @@ def check(recording: Recording, setup: Setup) -> tuple[Finding, ...]:
 def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
     parts = parts_of(recording, setup)
     single = list(readings(recording.imu, setup.robot))
-    upright = list(gravity(parts, recording.imu.accel, setup.robot, setup.calibration))
+    dead = [each for each in single if each.check in DEAD]
+    upright = _upright(recording, parts, setup, dead)
     encoders = list(wheels(recording, parts, setup.correction.wheel))
-    motion = _motion(recording, parts, setup.robot, [*upright, *encoders])
+    motion = _motion(recording, parts, setup.robot, [*dead, *upright, *encoders])
     yield from description(setup.robot)
     yield from timing(recording)
     yield from (each for each in single if not _same_cause(each, [*upright, *motion]))
@@ -41,7 +43,17 @@ def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
     yield from rest(recording, setup)
     yield from encoders
     yield from motion
-    yield from reference(recording, parts, motion)
+    yield from turning(parts, [*dead, *upright, *encoders, *motion])
+    yield from reference(recording, parts, [*dead, *upright, *motion])
+
+
+def _upright(
+    recording: Recording, parts: Sequence[Part], setup: Setup, dead: Sequence[Finding]
+) -> list[Finding]:
+    """Return what gravity shows; nothing of an accelerometer that is dead in part."""
+    if any(each.subject == "accelerometer" and each.severity is Severity.FAIL for each in dead):
+        return []
+    return list(gravity(parts, recording.imu.accel, setup.robot, setup.calibration))
 
 
 def _motion(

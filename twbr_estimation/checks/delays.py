@@ -12,7 +12,10 @@ from ..samples import STANDARD_GRAVITY
 from .band import banded, clear_of_ends
 from .causes import Cause
 from .evidence import Part
-from .rows import LEAST_SHARE, LONGEST_DELAY, on_body, spread
+from .rows import DELAY_SHARE, LEAST_SHARE, LONGEST_DELAY, on_body, spread
+
+ALIKE = 1.2
+"""Misfits that differ by less than this factor are alike."""
 
 
 def wheel_delay(parts: Sequence[Part], robot: Robot) -> Cause:
@@ -55,16 +58,30 @@ def _best(name: str, pairs: Sequence[tuple[FloatArray, FloatArray, float]]) -> C
     if not pairs:
         return Cause(name, 0.0, np.inf, np.inf)
     step = pairs[0][2]
-    reach = round(LONGEST_DELAY / step)
+    longest = max(wanted.size for wanted, _, _ in pairs)
+    reach = min(round(LONGEST_DELAY / step), int(DELAY_SHARE * longest))
     shifts = np.arange(-reach, reach + 1)
     misfits = np.array([_misfit(pairs, int(shift), reach) for shift in shifts])
-    best = int(np.argmin(misfits))
-    if not np.isfinite(misfits[best]) or best in (0, shifts.size - 1):
+    best = _nearest_minimum(misfits)
+    if best is None:
         return Cause(name, 0.0, np.inf, np.inf)
     left, middle, right = np.square(misfits[best - 1 : best + 2])
     bend = left - 2.0 * middle + right
     fraction = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
     return Cause(name, float(shifts[best] + fraction) * step, step, float(misfits[best]))
+
+
+def _nearest_minimum(misfits: FloatArray) -> int | None:
+    """Return where, nearest to the middle, a local minimum is about as deep as the deepest.
+
+    A motion that repeats fits shifted by its period nearly as well.
+    """
+    inner = misfits[1:-1]
+    low = (inner <= misfits[:-2]) & (inner <= misfits[2:]) & (inner <= ALIKE * misfits.min())
+    found = 1 + np.flatnonzero(low & np.isfinite(inner))
+    if not found.size or misfits[found].min() > misfits.min():
+        return None
+    return int(found[np.argmin(np.abs(found - misfits.size // 2))])
 
 
 def _misfit(pairs: Sequence[tuple[FloatArray, FloatArray, float]], shift: int, reach: int) -> float:

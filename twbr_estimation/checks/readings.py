@@ -20,6 +20,8 @@ GYRO_RANGES = tuple(math.radians(value) for value in (250.0, 500.0, 1000.0, 2000
 """Full scales of the chip's gyro [rad/s]."""
 ACCEL_RANGES = tuple(STANDARD_GRAVITY * value for value in (2.0, 4.0, 8.0, 16.0))
 """Full scales of the chip's accelerometer [m/s^2]."""
+DEAD = ("dead", "dead axis")
+"""Names of the checks that find readings which never change."""
 _NEEDED = {"gyro": (1,), "accelerometer": (0, 2)}  # axes of the sensor that see the tilt
 _LEAST = 100  # readings from which an axis without change is dead
 
@@ -82,15 +84,18 @@ def _shown(limit: float, unit: str) -> str:
 
 def _stuck(name: str, values: FloatArray) -> Iterator[Finding]:
     """Yield the axes that never change; an axis a planar log left out is filled with zeros."""
-    if values.shape[0] < _LEAST or not values.any():
+    if values.shape[0] < _LEAST:
         return
-    still = np.ptp(values, axis=0) == 0.0
-    still &= np.any(values != 0.0, axis=0) | np.isin(np.arange(3), _NEEDED[name])
-    if still.any() and not still.all():
-        axes = ", ".join("xyz"[axis] for axis in np.flatnonzero(still))
-        yield Finding(
-            Severity.WARN,
-            name,
-            "dead axis",
-            f"axis {axes} never changes while the others do: it is dead",
-        )
+    constant, needed = np.ptp(values, axis=0) == 0.0, np.isin(np.arange(3), _NEEDED[name])
+    still = constant & (needed | np.any(values != 0.0, axis=0))
+    if not still.any():
+        return
+    axes = ", ".join("xyz"[axis] for axis in np.flatnonzero(still))
+    yield Finding(
+        Severity.FAIL if (still & needed).any() else Severity.WARN,
+        name,
+        "dead" if constant.all() else "dead axis",
+        "no axis ever changes: the sensor is dead, or its readings were never filled in"
+        if constant.all()
+        else f"axis {axes} never changes while the others do: it is dead",
+    )

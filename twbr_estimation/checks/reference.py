@@ -13,7 +13,7 @@ from .delays import reference_delay
 from .diagnosis import SIGNIFICANT, WARN_RATIO
 from .evidence import Part
 from .finding import Finding, Severity, passed
-from .rows import Rows, rows_of, spread
+from .rows import LEAST_SHARE, Rows, rows_of, spread
 from .timing import period_of
 
 LEAST_TILT = math.radians(0.1)
@@ -24,6 +24,8 @@ CLOCK_MARGIN = 0.05
 """Offset of the reference's stamps that is worth a warning [s]."""
 CLEARLY = 0.7
 """A delay is believed if it leaves at most this share of what a wrong scale leaves."""
+LARGEST_OFFSET = math.radians(8.0)
+"""Distance of the reference's mean from that of gravity that is worth a warning [rad]."""
 SLOW = 1.5
 """A reference this many times slower than the IMU is interpolated for real."""
 INTERPOLATION_COST_DEG2 = 0.01
@@ -43,12 +45,68 @@ def reference(
     track = recording.reference
     if track is None or track.stamps.size < 3:
         return
+    apart = _apart(recording, track)
+    if apart is not None:
+        yield apart
+        return
     rows = rows_of(parts)
+    if rows is not None and _tilting(rows) and float(np.ptp(track.tilt)) == 0.0:
+        text = "its angle never changes while the robot turns: it is dead, or the joint is fixed"
+        yield Finding(Severity.FAIL, "reference", "dead", text)
+        return
     if rows is None or rows.reference is None or spread(rows.reference[:, 0]) < LEAST_TILT:
         yield Finding(Severity.SKIP, "reference", "motion", "not compared: too little motion")
     else:
-        yield _motion(rows, parts, others)
+        motion = _motion(rows, parts, others)
+        yield motion
+        yield from _zero(parts, [*others, motion])
     yield from _interpolation(recording.dt, track)
+
+
+def _apart(recording: Recording, track: TiltTrack) -> Finding | None:
+    """Return that no stamp of the reference lies within those of the IMU."""
+    stamps = recording.imu.stamps
+    if not stamps.size or (track.stamps[0] <= stamps[-1] and track.stamps[-1] >= stamps[0]):
+        return None
+    apart = 1e-9 * float(track.stamps[0] - stamps[0])
+    text = (
+        f"its stamps and the IMU's do not overlap: they begin {apart:+.6g} s apart; the clocks "
+        "differ"
+    )
+    return Finding(Severity.FAIL, "reference", "clock", text, apart)
+
+
+def _tilting(rows: Rows) -> bool:
+    return spread(rows.turn[:, 1]) > LEAST_TILT
+
+
+def _zero(parts: Sequence[Part], others: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield a reference whose mean is far from the direction of gravity."""
+    if any(each.severity is Severity.FAIL for each in others):
+        return
+    found = [_offset(part) for part in parts if part.reference is not None]
+    offsets = np.array([each for each in found if math.isfinite(each)])
+    if not offsets.size:
+        return
+    offset = float(np.median(offsets))
+    if abs(offset) > LARGEST_OFFSET:
+        text = (
+            f"it is {math.degrees(offset):.3g} deg from the tilt that gravity shows in the mean: "
+            "its zero is not upright, or robot.mounting has another pitch"
+        )
+        yield Finding(Severity.WARN, "reference", "zero", text, offset, "robot.mounting")
+
+
+def _offset(part: Part) -> float:
+    """Return the mean of reference minus tilt of the mean force [rad]."""
+    assert part.reference is not None
+    known = np.isfinite(part.reference[1:])
+    if known.mean() < LEAST_SHARE:
+        return math.nan
+    force = part.force()[known].mean(axis=0)
+    tilt = math.atan2(-force[0], force[2])
+    away = float(np.mean(np.unwrap(part.reference[1:][known]))) - tilt
+    return math.remainder(away, 2.0 * math.pi)
 
 
 def _motion(rows: Rows, parts: Sequence[Part], others: Sequence[Finding]) -> Finding:

@@ -20,10 +20,11 @@ from ..samples import STANDARD_GRAVITY
 from .band import SHORT, banded, clear_of_ends
 from .evidence import Part
 
-LONGEST_DELAY = 1.0
-"""Offsets of clocks are looked for up to this [s]."""
+LONGEST_DELAY = 5.0
+"""Offsets of clocks are looked for up to this [s], and up to `DELAY_SHARE` of the longest part."""
+DELAY_SHARE = 0.16
 LEAST_SHARE = 0.3
-"""Wheels that are known for a smaller share of the time are not compared."""
+"""Wheels, or a reference, known for a smaller share of the time are not compared."""
 BLOCK = 2.0
 """Residuals this far apart [s] count as independent."""
 _NORMAL_MAD = 1.4826
@@ -79,7 +80,7 @@ def _rows(part: Part, delay: float, first_block: float) -> Rows:
         columns = values.T if values.ndim == 2 else values[None]
         return np.column_stack([banded(column, part.step, order)[chosen] for column in columns])
 
-    wheels, tilt = _later(part, delay), part.reference
+    wheels, tilt = _later(part, delay), _known(part.reference)
     columns = {
         "force": at(part.push, 1),
         "turn": at(part.turn, 0),
@@ -96,6 +97,13 @@ def _rows(part: Part, delay: float, first_block: float) -> Rows:
     blocks = kept.pop("blocks")
     assert blocks is not None
     return Rows(**kept, blocks=blocks[:, 0])  # type: ignore[arg-type]
+
+
+def _known(reference: FloatArray | None) -> FloatArray | None:
+    """Return the reference; None where it is known hardly anywhere."""
+    if reference is None or np.isfinite(reference).mean() < LEAST_SHARE:
+        return None
+    return reference
 
 
 def _later(part: Part, delay: float) -> FloatArray | None:

@@ -10,6 +10,10 @@ from ..samples import STANDARD_GRAVITY
 
 TOLERANCE = 0.12
 """Relative difference up to which a ratio counts as the named one."""
+GYRO_COUNTS = (131.0, 65.5, 32.8, 16.4)
+"""Counts of the MPU6050 per deg/s, by full scale."""
+ACCEL_COUNTS = (16384.0, 8192.0, 4096.0, 2048.0)
+"""Counts of the MPU6050 per g, by full scale."""
 _DEGREES = math.degrees(1.0)
 
 
@@ -45,12 +49,21 @@ def of_wheels(reading: float, robot: Robot) -> str:
 
 def of_gyro(reading: float) -> str:
     """Return the unit of rates that read `reading` times the true one."""
-    return named(abs(reading), {"deg/s": _DEGREES, "turns/s": 0.5 / math.pi, "mrad/s": 1e3})
+    counts = {_counts(size, "deg/s"): _DEGREES * size for size in GYRO_COUNTS}
+    return named(
+        abs(reading), {"deg/s": _DEGREES, "turns/s": 0.5 / math.pi, "mrad/s": 1e3, **counts}
+    )
 
 
 def of_accelerometer(reading: float) -> str:
     """Return the unit of forces that read `reading` times the true one."""
-    return named(abs(reading), {"g": 1.0 / STANDARD_GRAVITY, "mg": 1e3 / STANDARD_GRAVITY})
+    counts = {_counts(size, "g"): size / STANDARD_GRAVITY for size in ACCEL_COUNTS}
+    units = {"g": 1.0 / STANDARD_GRAVITY, "mg": 1e3 / STANDARD_GRAVITY}
+    return named(abs(reading), {**units, **counts})
+
+
+def _counts(size: float, unit: str) -> str:
+    return f"the chip's counts, {size:g} to 1 {unit}"
 
 
 def of_length(configured: float) -> str:
