@@ -165,6 +165,25 @@ def test_calibration_rejects_motion_then_saves_and_reloads(
     graph.spin_until(lambda: True in late)
 
 
+def test_a_calibration_that_cannot_be_saved_changes_nothing(
+    graph: Any, sensors: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "occupied").write_text("a file where a folder is needed")
+    file = tmp_path / "occupied" / "calibration.yaml"
+    former = [0.1, 0.2, 0.3]
+    options = {"calibration_file": str(file), "stillness__duration": 0.5, "timeout": 20.0}
+    node = node_in(graph, calibration__gyro_bias=former, **options)
+    received = graph.collect(Imu, "imu/data_corrected")
+    graph.settle()
+    for index in range(300):
+        stamp = 10**12 + index * 2_000_000
+        sensors.imu(stamp, gyro=tuple(BIAS), accel=(0.0, 0.0, 9.80665))
+    graph.spin_until(lambda: len(received) >= 290)
+    answer = calibrate(graph)
+    assert not answer.success and "occupied" in answer.message
+    assert list(node.get_parameter("calibration.gyro_bias").value) == former
+
+
 def test_a_calibration_file_replaces_the_whole_calibration(graph: Any, tmp_path: Path) -> None:
     """A polynomial of the parameters beside the biases of the file would be neither's."""
     file = tmp_path / "calibration.yaml"

@@ -92,8 +92,7 @@ class CalibrationService:
             calibration = still_calibration(
                 self._recent(), setup.calibration, setup.robot, self._stillness.current
             )
-            self._use(calibration)
-            saved = self._save(calibration)
+            saved = self._use_and_save(calibration, setup.calibration)
         except (TwbrError, OSError) as error:
             response.success, response.message = False, str(error)
             self._node.get_logger().warning(f"not calibrated: {error}")
@@ -104,6 +103,18 @@ class CalibrationService:
         response.success, response.message = True, f"gyro bias {bias} rad/s; {saved}"
         self._node.get_logger().info(response.message)
         return response
+
+    def _use_and_save(self, calibration: Calibration, former: Calibration) -> str:
+        """Use and keep a calibration; where it cannot be kept, the former one stays in force.
+
+        No sample is corrected in between: this is one callback of the node's executor.
+        """
+        self._use(calibration)
+        try:
+            return self._save(calibration)
+        except (TwbrError, OSError):
+            self._use(former)
+            raise
 
     def _save(self, calibration: Calibration) -> str:
         if self._path is None:
