@@ -25,8 +25,11 @@ demo: venv
 balance: venv
 	@$(BIN)/python tools/balance.py
 
+# What runs nodes in real time runs alone; everything else on two cores.
+REAL_TIME := test/nodes test/robustness test/dashboard test/hardware test/test_balance_tool.py test/test_demo.py
 test: venv
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile $(REAL_TIME:%=--ignore=%)
+	$(BIN)/python -m pytest $(REAL_TIME)
 
 lint: venv
 	$(BIN)/ruff check .

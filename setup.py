@@ -23,6 +23,7 @@ TEST = [
     *SERIAL,
     *DASHBOARD,
     "pytest>=7.4",
+    "pytest-xdist>=3.5",
     "hypothesis>=6.98",
     "filterpy>=1.4.5",
     "h5py>=3.10",

@@ -9,16 +9,22 @@ import os
 import pty
 import select
 import signal
+import socket
 import struct
 import subprocess
 import sys
 import termios
 import time
+import urllib.request
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from rich.console import Console
+
+from twbr_estimation.controllers import listed_controllers
+from twbr_estimation.filters import listed_filters
 
 TOOLS = Path(__file__).resolve().parent.parent / "tools"
 TOOL = TOOLS / "balance.py"
@@ -91,7 +97,10 @@ class Terminal:
             stdin=self.slave,
             stdout=self.slave,
             stderr=self.slave,
-            env={**os.environ, "TERM": "xterm-256color"},
+            env={
+                **{key: text for key, text in os.environ.items() if "PYTEST" not in key},
+                "TERM": "xterm-256color",
+            },
             start_new_session=True,
         )
         self.output = b""
@@ -118,15 +127,21 @@ class Terminal:
         return self.process.wait(1.0)
 
 
+def after(name: str, names: Iterable[str]) -> str:
+    """Return the name that follows in the list."""
+    listed = list(names)
+    return listed[listed.index(name) + 1]
+
+
 def test_keys_act_and_the_terminal_is_left_as_it_was() -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
-    terminal = Terminal("--filter", "complementary", "--controller", "pid")
+    terminal = Terminal("--terminal", "--filter", "complementary", "--controller", "pid")
     try:
         terminal.read_until("balancing")
         terminal.press("f")
-        terminal.read_until("filter complementary_lagged")
+        terminal.read_until(f"filter {after('complementary', listed_filters())}")
         terminal.press("c")
-        terminal.read_until("controller slc_sihite2018")
+        terminal.read_until(f"controller {after('pid', listed_controllers())}")
         terminal.press("\x1b[C")
         terminal.read_until("pushed by +3 N")
         terminal.press("w")
@@ -139,6 +154,24 @@ def test_keys_act_and_the_terminal_is_left_as_it_was() -> None:
     assert terminal.output.rfind(LEAVE_SCREEN) > terminal.output.rfind(b"\x1b[?1049h")
     assert SHOW_CURSOR in terminal.output[terminal.output.rfind(b"\x1b[?25l") :]
     assert termios.tcgetattr(terminal.slave) == terminal.before
+
+
+def test_it_opens_the_page_and_ends_with_every_node() -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
+    pytest.importorskip("nicegui", reason="needs the extra dashboard")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    terminal = Terminal("--filter", "complementary", "--port", str(port))
+    try:
+        terminal.read_until(f"http://127.0.0.1:{port}/")
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=TIMEOUT) as page:
+            assert b"/dashboard/live.js" in page.read()
+        terminal.process.send_signal(signal.SIGINT)
+        assert terminal.finish() == 0
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(terminal.process.pid, signal.SIGKILL)
 
 
 def test_what_cannot_be_simulated_is_told() -> None:

@@ -1,7 +1,8 @@
-"""See the whole robot balance without hardware: every node in a process, and a terminal to watch.
+"""See the whole robot balance without hardware: every node in a process, and a page to watch.
 
-Run by `make balance`. Keys push and drive the robot, and switch filter and controller while it
-stands. Without a terminal it prints a line a second and ends after `--seconds`.
+Run by `make balance`, which opens the page of `dashboard_node` in the browser. With `--terminal`,
+as over ssh, the robot is shown in the terminal: keys push and drive it, and switch filter and
+controller. Without a terminal it prints a line a second and ends after `--seconds`.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ import argparse
 import math
 import os
 import select
+import socket
 import sys
 import tempfile
 import termios
 import time
 import tty
+import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -265,6 +268,33 @@ def run_on_terminal(graph: Graph, watcher: Watcher, shown: Shown, seconds: float
             live.update(page(shown), refresh=True)
 
 
+def run_on_page(graph: Graph, port: int, seconds: float) -> None:
+    """Serve the page, open it in the browser, and wait for Ctrl-C or until the time is over.
+
+    Raises:
+        RuntimeError: a node ended, or the page cannot be opened.
+    """
+    address, begin = f"http://127.0.0.1:{port}/", time.monotonic()
+    graph.start("dashboard_node", {"port": port})
+    while not _answers(port):
+        graph.check()
+        if time.monotonic() - begin > START_TIMEOUT:
+            raise RuntimeError(f"{address} does not open after {START_TIMEOUT:g} s")
+        time.sleep(0.2)
+    print(f"The robot is at {address}\nCtrl-C ends it; --terminal shows it here.", flush=True)
+    webbrowser.open(address)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        graph.check()
+        time.sleep(0.2)
+
+
+def _answers(port: int) -> bool:
+    with socket.socket() as probe:
+        probe.settimeout(0.5)
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
 def run_on_lines(graph: Graph, watcher: Watcher, shown: Shown, seconds: float) -> None:
     """Print a line a second until the time is over."""
     told = 0.0
@@ -282,6 +312,8 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--filter", default="ins_odometer", help="default: %(default)s")
     parser.add_argument("--controller", default="pid", help="default: %(default)s")
     parser.add_argument("--disturbed", action="store_true", help="pushes and obstacles by chance")
+    parser.add_argument("--terminal", action="store_true", help="show it here, not in the browser")
+    parser.add_argument("--port", type=int, default=8080, help="of the page; default: %(default)s")
     parser.add_argument("--seconds", type=float, help="default: until q, or 10 without a terminal")
     return parser.parse_args()
 
@@ -293,6 +325,7 @@ def main() -> int:
         print("balance: error: this needs ROS 2: pip install .[ros]", file=sys.stderr)
         return 1
     on_terminal = sys.stdin.isatty() and sys.stdout.isatty()
+    on_page = on_terminal and not arguments.terminal and find_spec("nicegui") is not None
     seconds = arguments.seconds or (math.inf if on_terminal else 10.0)
     shown = Shown(filter=arguments.filter, controller=arguments.controller)
     watcher = None
@@ -302,6 +335,9 @@ def main() -> int:
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
         try:
             start(graph, Path(folder), arguments)
+            if on_page:
+                run_on_page(graph, arguments.port, seconds)
+                return 0
             watcher = Watcher(shown)
             (run_on_terminal if on_terminal else run_on_lines)(graph, watcher, shown, seconds)
         except KeyboardInterrupt:
