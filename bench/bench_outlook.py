@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbr_estimation.angles import wrapped
 from twbr_estimation.batch import CorrectedTrack, run_filter
 from twbr_estimation.filters import filter_named
 from twbr_estimation.simulation import Simulated, simulate
@@ -48,8 +49,7 @@ def errors(name: str, values: Mapping[str, float], found: list[Corrected]) -> li
         assert truth is not None
         track = run_filter(entry, entry.configure(values), corrected, simulated.setup.robot)
         error = track.tilt - truth.tilt
-        error -= 2.0 * np.pi * np.round(error / (2.0 * np.pi))
-        mse.append(float(np.mean(np.degrees(error) ** 2)))
+        mse.append(float(np.mean(np.degrees(wrapped(error)) ** 2)))
     return mse
 
 

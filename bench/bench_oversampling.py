@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from twbr_estimation.angles import wrapped
 from twbr_estimation.batch import CorrectedTrack, oversampled, run_filter
 from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
@@ -30,8 +31,7 @@ def mse_deg2(name: str, corrected: CorrectedTrack, simulated: Simulated) -> floa
     assert truth is not None
     track = run_filter(entry, entry.configure(), corrected, simulated.setup.robot)
     error = track.tilt - np.interp(track.stamps, truth.stamps, truth.tilt)
-    error -= 2.0 * np.pi * np.round(error / (2.0 * np.pi))
-    return float(np.mean(np.degrees(error) ** 2))
+    return float(np.mean(np.degrees(wrapped(error)) ** 2))
 
 
 def plain(simulated: Simulated, every: int) -> CorrectedTrack:

@@ -13,12 +13,12 @@ sample separately, and averaged with the inverse variances as weights.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..angles import wrapped
 from ..samples import MOTORS, READINGS, RESTART_GAP, CorrectedSample
 
 _VARIANCES = tuple(name.replace("_", "_variance_") for name in READINGS)
@@ -110,10 +110,5 @@ def _angle_at_end(
     carried = angle + np.append(np.cumsum(turns[::-1])[::-1], 0.0)
     certainty = 1.0 / rows["angle_variance"]
     total = float(np.sum(certainty))
-    mean = float(angle[-1]) + float(certainty @ _wrapped(carried - angle[-1])) / total
-    return float(_wrapped(np.array(mean))), 1.0 / total
-
-
-def _wrapped(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return angles [rad] within +-pi."""
-    return np.asarray(angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi)), dtype=np.float64)
+    mean = float(angle[-1]) + float(certainty @ wrapped(carried - angle[-1])) / total
+    return float(wrapped(np.array(mean))), 1.0 / total

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..angles import wrapped
 from ..errors import RecordingError
 from ..recording import FloatArray, Recording, StampArray, TiltTrack
 
@@ -207,7 +208,7 @@ def errors_of(
     reference, covered = association.at(stamps)
     scored = stamps >= first_stamp
     known = covered & scored
-    return _wrapped(tilt[known] - reference[known]), known, int((scored & ~covered).sum())
+    return wrapped(tilt[known] - reference[known]), known, int((scored & ~covered).sum())
 
 
 def score(
@@ -238,11 +239,6 @@ def mean_square_error(
     return sums.score(0.0).mse_deg2
 
 
-def _wrapped(angle: FloatArray) -> FloatArray:
-    turn = 2.0 * np.pi
-    return np.asarray(angle - turn * np.round(angle / turn), dtype=np.float64)
-
-
 def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> float:
     """Return how much an estimate lags behind the reference [s]; 0 where nothing moved.
 
@@ -264,7 +260,7 @@ def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> 
         )
         use = known & k1 & k2
         slope = (later - earlier)[use] / (2e-9 * half)
-        error = _wrapped(wanted - value)[use]
+        error = wrapped(wanted - value)[use]
         power = float(np.mean((slope - slope.mean()) ** 2)) if use.any() else 0.0
         if power < 1e-6:
             return 0.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..angles import wrapped
 from ..batch import CorrectedTrack, correct
 from ..drives import Drive
 from ..errors import ConfigurationError, RecordingError
@@ -111,9 +112,7 @@ class TuningSet:
 
     def errors(self, tilt: FloatArray) -> FloatArray:
         """Return estimate minus reference where it is known [rad], (k,)."""
-        error = (tilt - self.reference)[self.known]
-        turn = 2.0 * np.pi
-        return np.asarray(error - turn * np.round(error / turn), dtype=np.float64)
+        return wrapped((tilt - self.reference)[self.known])
 
 
 def prepare(drive: Drive) -> TuningSet:
