@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool, Float64, Float64MultiArray
@@ -110,13 +111,20 @@ def test_each_step_waits_for_its_command(graph: Any) -> None:
 @pytest.mark.parametrize("bad", [[], [1.0, 2.0, 3.0], [math.nan, 0.0]])
 def test_bad_commands_are_counted_and_diagnosed(graph: Any, bad: list[float]) -> None:
     node = simulator_in(graph)
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
     command = graph.probe.create_publisher(Float64MultiArray, "motor/command", 10)
     graph.settle()
     command.publish(Float64MultiArray(data=bad))
     graph.spin_until(lambda: node.simulator.counts["rejected"] == 1)
     assert node.simulator.counts["commands"] == 0
-    node.simulator.rejection = node.simulator.rejection or "reported"  # by the timer meanwhile
-    assert node.report().level is Level.WARN
+
+    def warned() -> bool:
+        statuses = [status for message in diagnostics for status in message.status]
+        return any("motor command" in status.message for status in statuses)
+
+    graph.spin_until(warned)
+    [status] = [s for each in diagnostics for s in each.status if "motor command" in s.message]
+    assert status.level == Level.WARN.value
 
 
 def test_real_time_keeps_its_rate_and_its_messages_are_whole(graph: Any) -> None:
@@ -127,8 +135,9 @@ def test_real_time_keeps_its_rate_and_its_messages_are_whole(graph: Any) -> None
     stamps = [stamp_of(each) for each in imu]
     now = node.get_clock().now().nanoseconds
     assert abs(now - stamps[-1]) < 10**9
-    if not node.simulator.counts["late"]:
-        assert {later - sooner for sooner, later in pairwise(stamps)} == {2_500_000}
+    steps = [later - sooner for sooner, later in pairwise(stamps)]
+    late = node.simulator.counts["late"]
+    assert min(steps) > 0 and sum(step != 2_500_000 for step in steps) <= late
     assert imu[-1].header.frame_id == "chip" and imu[-1].orientation_covariance[0] == -1.0
     assert imu[-1].linear_acceleration.z == pytest.approx(9.80665, abs=0.1)
     assert list(joints[-1].name) == ["left", "right"] and list(reference[-1].name) == ["t"]
