@@ -49,3 +49,9 @@ def test_joints_are_found_by_name() -> None:
     assert messages.joint_position(state, "b") == 2.0
     assert messages.joint_position(state, "c") is None
     assert messages.joint_position(state, "d") is None
+
+
+def test_a_time_without_header_is_written_alike():
+    time = SimpleNamespace(sec=0, nanosec=0)
+    messages.set_time(time, 1_700_000_000_123_456_789)
+    assert (time.sec, time.nanosec) == (1_700_000_000, 123_456_789)

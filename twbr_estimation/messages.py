@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .samples import Sample
+from .samples import NANOSECONDS_PER_SECOND, Sample
 
 
 def stamp_of(message: Any) -> int:
@@ -18,12 +18,17 @@ def stamp_of(message: Any) -> int:
     stamp = message.header.stamp
     seconds: int = stamp.sec
     nanoseconds: int = stamp.nanosec
-    return seconds * 1_000_000_000 + nanoseconds
+    return seconds * NANOSECONDS_PER_SECOND + nanoseconds
 
 
 def set_stamp(message: Any, nanoseconds: int) -> None:
     """Write a stamp [ns] into the header."""
-    message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+    set_time(message.header.stamp, nanoseconds)
+
+
+def set_time(time: Any, nanoseconds: int) -> None:
+    """Write a time [ns] into a message of seconds and nanoseconds."""
+    time.sec, time.nanosec = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
 
 
 def sample_of(imu: Any, dt: float = 0.0) -> Sample:
@@ -32,11 +37,11 @@ def sample_of(imu: Any, dt: float = 0.0) -> Sample:
     return Sample(dt, gyro.x, gyro.y, gyro.z, accel.x, accel.y, accel.z)
 
 
-def set_readings(imu: Any, sample: Sample) -> None:
-    """Write a sample's gyro and accelerometer readings into an Imu message."""
+def set_readings(imu: Any, reading: Any) -> None:
+    """Write gyro and accelerometer, by the names in `Sample`, into an Imu message."""
     gyro, accel = imu.angular_velocity, imu.linear_acceleration
-    gyro.x, gyro.y, gyro.z = sample.gyro_x, sample.gyro_y, sample.gyro_z
-    accel.x, accel.y, accel.z = sample.accel_x, sample.accel_y, sample.accel_z
+    gyro.x, gyro.y, gyro.z = reading.gyro_x, reading.gyro_y, reading.gyro_z
+    accel.x, accel.y, accel.z = reading.accel_x, reading.accel_y, reading.accel_z
 
 
 def joint_position(state: Any, joint: str) -> float | None:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+NANOSECONDS_PER_SECOND = 1_000_000_000
+SECONDS_PER_NANOSECOND = 1e-9
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
 SINGLE_WHEEL_JOINT = "wheel_joint"

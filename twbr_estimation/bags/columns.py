@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError
 from ..recording import FloatArray
+from ..samples import NANOSECONDS_PER_SECOND
 from .message_batch import IntArray, MessageBatch
 
 IMU_DOUBLES = 37
@@ -167,7 +168,7 @@ def header_stamps(batch: MessageBatch, order: str) -> IntArray:
     """Return the stamps of messages that begin with a `std_msgs/Header` [ns]."""
     seconds = batch.at(batch.offsets + 4, f"{order}i4").astype(np.int64)
     nanoseconds = batch.at(batch.offsets + 8, f"{order}u4").astype(np.int64)
-    stamps: IntArray = seconds * 1_000_000_000 + nanoseconds
+    stamps: IntArray = seconds * NANOSECONDS_PER_SECOND + nanoseconds
     return stamps
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..recording import FloatArray, ImuTrack, StampArray
+from ..samples import NANOSECONDS_PER_SECOND
 from .columns import UNREPORTED
 
 _ENCAPSULATION = b"\x00\x01\x00\x00"
@@ -88,7 +89,7 @@ def _messages(stamps: StampArray, prefix: bytes, numbers: Sequence[FloatArray]) 
         layout.append((f"values{index}", np.dtype(("<f8", (values.shape[1],)))))
     rows = np.zeros(stamps.size, dtype=np.dtype(layout))
     rows["encapsulation"] = _ENCAPSULATION
-    rows["seconds"], rows["nanoseconds"] = np.divmod(stamps, 1_000_000_000)
+    rows["seconds"], rows["nanoseconds"] = np.divmod(stamps, NANOSECONDS_PER_SECOND)
     rows["prefix"] = np.void(prefix)
     for index, values in enumerate(numbers):
         if index:

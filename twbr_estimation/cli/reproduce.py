@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from ..disk.writing import write_text
 from ..errors import ConfigurationError
 from ..reproduction import DRAWN, PARTS, Plan, reproduce
 from ..reproduction.page import PrintedTable, markdown, tables
+from ..scoring.table import write_json
 from ..simulation import WORLDS, world_named
 from .tune import add_workers, shown, workers_of
 
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     quiet = arguments.json == "-"
     _print(Console(stderr=quiet), tables(document))
     if arguments.json is not None:
-        _write(arguments.json, json.dumps(document, indent=1, allow_nan=False) + "\n")
+        write_json(arguments.json, document)
     if arguments.markdown is not None:
         _write(str(arguments.markdown), markdown(document))
     return 0

@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError
+from ..messages import set_stamp
 from ..sensors.encoder import Counter, Encoder, Tally
 from ..sensors.joint_encoders import JointEncoderSettings, open_encoders
 from .declarations import declarations_of, settings_from
@@ -104,7 +105,7 @@ class EncoderNode(DeviceNode):
         if not self.is_active:
             return
         message = self._message
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
+        set_stamp(message, stamp)
         for index, reading in enumerate(readings):
             message.position[index] = reading.position
             message.velocity[index] = reading.velocity

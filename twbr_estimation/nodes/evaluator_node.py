@@ -22,6 +22,7 @@ from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError, MessageError, TwbrError
+from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..scoring.errors import RecordingScore, ScoringOptions
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
@@ -214,7 +215,7 @@ class EvaluatorNode(GuardedNode):
         newest = max(self._last_stamps.values())
         slowest = min(each for each in self._last_stamps.values() if newest - each <= SILENCE)
         message = Header()
-        message.stamp.sec, message.stamp.nanosec = divmod(slowest, 1_000_000_000)
+        set_time(message.stamp, slowest)
         self._progress.publish(message)
 
     def _end_recording(self) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from sensor_msgs.msg import Imu, Temperature
 
 from ..errors import ConfigurationError
+from ..messages import set_readings, set_stamp
 from ..parameters.bounds import Bounds, Meaning
 from ..sensors.i2c import I2cRegisters, Registers
 from ..sensors.mpu6050 import PACKET_BYTES, FetchMode, ImuReading, Mpu6050, Mpu6050Settings
@@ -194,11 +195,8 @@ class Mpu6050Node(DeviceNode):
 
     def _publish(self, reading: ImuReading) -> None:
         message = self._imu
-        stamp = message.header.stamp
-        stamp.sec, stamp.nanosec = divmod(reading.stamp, 1_000_000_000)
-        rate, force = message.angular_velocity, message.linear_acceleration
-        rate.x, rate.y, rate.z = reading.gyro_x, reading.gyro_y, reading.gyro_z
-        force.x, force.y, force.z = reading.accel_x, reading.accel_y, reading.accel_z
+        set_stamp(message, reading.stamp)
+        set_readings(message, reading)
         if self._listener is not None:
             self._listener(message)
         self._imu_publisher.publish(message)
@@ -206,7 +204,7 @@ class Mpu6050Node(DeviceNode):
         if self._until_temperature <= 0:
             rate_now = self.parameters.current.mpu6050.delivered_rate
             self._until_temperature = round(TEMPERATURE_PERIOD * rate_now)
-            self._temperature.header.stamp = stamp
+            self._temperature.header.stamp = message.header.stamp
             self._temperature.temperature = reading.temperature
             self._temperature_publisher.publish(self._temperature)
 

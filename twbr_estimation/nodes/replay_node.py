@@ -24,6 +24,7 @@ from std_srvs.srv import Trigger
 
 from ..bags.playback import read_playback
 from ..errors import ConfigurationError, TwbrError
+from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..streams.replay.pacing import FlowWindow, Pace
 from ..streams.replay.player import PlayedPart, Player, stamp_of
@@ -269,7 +270,7 @@ class ReplayNode(GuardedNode):
         """Send the recorded time [ns]; part of `player.Sink`."""
         if self._settings.clock:
             message = ClockMessage()
-            message.clock.sec, message.clock.nanosec = divmod(now, 1_000_000_000)
+            set_time(message.clock, now)
             self._clock_publisher.publish(message)
 
     def flush(self) -> None:

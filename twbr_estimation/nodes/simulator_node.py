@@ -22,6 +22,7 @@ from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from ..errors import MessageError
+from ..messages import set_time
 from ..robot import Robot
 from ..sensors.encoder import EncoderSettings
 from ..sensors.motion import Angle
@@ -176,7 +177,7 @@ class SimulatorNode(GuardedNode):
         stamp = reading.stamp
         if self._time is not None:
             message = ClockMessage()
-            message.clock.sec, message.clock.nanosec = divmod(stamp, 1_000_000_000)
+            set_time(message.clock, stamp)
             self._time.publish(message)
         self._reference.publish(
             self._reference_encoder.encode(stamp, (reading.reference,), (reading.truth.rate,))

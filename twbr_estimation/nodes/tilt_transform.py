@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from rclpy.node import Node
 
+from ..messages import set_stamp, set_tilt
 from .declarations import Declaration
 from .parameters import declare
 from .qos import DEPTH
@@ -44,7 +43,6 @@ class TiltTransform:
         """Publish the transform of this stamp [ns] and tilt [rad], if there is a publisher."""
         if self._publisher is None:
             return
-        time, rotation = self._transform.header.stamp, self._transform.transform.rotation
-        time.sec, time.nanosec = divmod(stamp, 1_000_000_000)
-        rotation.y, rotation.w = math.sin(0.5 * tilt), math.cos(0.5 * tilt)
+        set_stamp(self._transform, stamp)
+        set_tilt(self._transform.transform.rotation, tilt)
         self._publisher.publish(self._message)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..samples import MOTORS, READINGS, WHEELS, Sample
+from ..samples import MOTORS, NANOSECONDS_PER_SECOND, READINGS, WHEELS, Sample
 
 if TYPE_CHECKING:  # a live stream needs no recordings, and a node starts sooner without
     from ..recording import FloatArray, ImuTrack, MotorTrack, StampArray, WheelTrack
@@ -28,7 +28,6 @@ WHEEL_TIMEOUT = 0.25
 """Wheel readings further apart, or older, than this are not used [s]."""
 MOTOR_TIMEOUT = 1.0
 """A motor command older than this is not used [s]."""
-_SECOND = 1_000_000_000
 _MOST_READINGS = 4096
 
 
@@ -117,9 +116,9 @@ class Pairer:
 
     def __init__(self, wait: float = DEFAULT_WAIT) -> None:
         """`wait`: how much later [s] than a sample its wheel reading may be stamped."""
-        self._wait = round(wait * _SECOND)
-        self._timeout = round(WHEEL_TIMEOUT * _SECOND)
-        self._motor_timeout = round(MOTOR_TIMEOUT * _SECOND)
+        self._wait = round(wait * NANOSECONDS_PER_SECOND)
+        self._timeout = round(WHEEL_TIMEOUT * NANOSECONDS_PER_SECOND)
+        self._motor_timeout = round(MOTOR_TIMEOUT * NANOSECONDS_PER_SECOND)
         self._wheels: deque[WheelReading] = deque(maxlen=_MOST_READINGS)
         self._motors: deque[MotorCommand] = deque(maxlen=_MOST_READINGS)
         self._pending: deque[tuple[int, tuple[float, ...]]] = deque()
@@ -252,7 +251,11 @@ def pair(
     dt = np.concatenate([np.zeros(min(n, 1)), np.diff(imu.stamps) * 1e-9])
     rows = dict(zip(READINGS, [*imu.gyro.T, *imu.accel.T], strict=True))
     if wheels is not None and wheels.stamps.size > 0 and n > 0:
-        rows |= zip(WHEELS, _wheels_at(imu.stamps, wheels, round(wait * _SECOND)), strict=True)
+        rows |= zip(
+            WHEELS,
+            _wheels_at(imu.stamps, wheels, round(wait * NANOSECONDS_PER_SECOND)),
+            strict=True,
+        )
     if motors is not None and motors.stamps.size > 0:
         rows |= zip(MOTORS, _motors_at(imu.stamps, motors), strict=True)
     absent = np.zeros(n)
@@ -261,7 +264,7 @@ def pair(
 
 
 def _wheels_at(stamps: StampArray, wheels: WheelTrack, wait: int) -> FloatArray:
-    timeout = round(WHEEL_TIMEOUT * _SECOND)
+    timeout = round(WHEEL_TIMEOUT * NANOSECONDS_PER_SECOND)
     times, count = wheels.stamps, wheels.stamps.size
     last = np.searchsorted(times, stamps, side="right") - 1
     following = np.minimum(last + 1, count - 1)
@@ -282,7 +285,9 @@ def _wheels_at(stamps: StampArray, wheels: WheelTrack, wait: int) -> FloatArray:
 def _motors_at(stamps: StampArray, motors: MotorTrack) -> FloatArray:
     last = np.searchsorted(motors.stamps, stamps, side="left") - 1
     held = np.maximum(last, 0)
-    known = (last >= 0) & (stamps - motors.stamps[held] <= round(MOTOR_TIMEOUT * _SECOND))
+    known = (last >= 0) & (
+        stamps - motors.stamps[held] <= round(MOTOR_TIMEOUT * NANOSECONDS_PER_SECOND)
+    )
     both = np.stack([_mean(motors.voltage), _difference(motors.voltage)])
     count = np.full(stamps.size, float(motors.voltage.shape[1]))
     return np.asarray(np.where(known, np.vstack([both[:, held], count]), 0.0), dtype=np.float64)

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 from ..errors import MessageError
 from ..pipeline.pairing import MotorCommand, motor_command
+from ..samples import NANOSECONDS_PER_SECOND
 from .physical import LARGEST_VOLTAGE
 
-_SECOND = 1_000_000_000
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id
 _FRAME = 12
 _LITTLE_ENDIAN = b"\x00\x01"
@@ -49,7 +49,7 @@ def decode_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
         raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
     _require_encoding(data)
     _require_time(nanoseconds)
-    return seconds * _SECOND + nanoseconds, values
+    return seconds * NANOSECONDS_PER_SECOND + nanoseconds, values
 
 
 def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
@@ -65,7 +65,7 @@ def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
         raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
     _require_encoding(data)
     _require_time(nanoseconds)
-    return seconds * _SECOND + nanoseconds, values
+    return seconds * NANOSECONDS_PER_SECOND + nanoseconds, values
 
 
 def frame_id(data: bytes) -> str:
@@ -82,8 +82,8 @@ def _require_encoding(data: bytes) -> None:
 
 
 def _require_time(nanoseconds: int) -> None:
-    if nanoseconds >= _SECOND:
-        raise MessageError(f"a stamp with {nanoseconds} ns; a second has {_SECOND}")
+    if nanoseconds >= NANOSECONDS_PER_SECOND:
+        raise MessageError(f"a stamp with {nanoseconds} ns; a second has {NANOSECONDS_PER_SECOND}")
 
 
 class ImuEncoder:
@@ -98,7 +98,7 @@ class ImuEncoder:
 
     def encode(self, stamp: int, values: Sequence[float]) -> bytes:
         """Return the message with this stamp [ns] and these 37 doubles."""
-        _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
+        _write_stamp(self._buffer, _STAMP, *divmod(stamp, NANOSECONDS_PER_SECOND))
         _imu.pack_into(self._buffer, self._values, *values)
         return bytes(self._buffer)
 
@@ -132,7 +132,7 @@ class JointStateEncoder:
         efforts: Sequence[float] = (),
     ) -> bytes:
         """Return the message with this stamp [ns]; `efforts` counts if laid out for them."""
-        _write_stamp(self._buffer, _STAMP, *divmod(stamp, _SECOND))
+        _write_stamp(self._buffer, _STAMP, *divmod(stamp, NANOSECONDS_PER_SECOND))
         self._doubles(self._buffer, self._positions, *positions)
         self._doubles(self._buffer, self._velocities, *velocities)
         if self._efforts:
@@ -167,7 +167,7 @@ class JointStateDecoder:
         except (struct.error, UnicodeDecodeError) as error:
             raise MessageError(f"a JointState of {len(data)} bytes: {error}") from None
         _require_time(nanoseconds)
-        return seconds * _SECOND + nanoseconds, self._names, positions
+        return seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, positions
 
     def velocities(self, data: bytes) -> tuple[tuple[str, ...], tuple[float, ...]]:
         """Return names and velocities of the message just decoded, which holds no positions.

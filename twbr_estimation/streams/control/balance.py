@@ -18,10 +18,10 @@ from ...errors import ConfigurationError
 from ...parameters.bounds import Bounds, Meaning, require_bounds
 from ...pipeline.pairing import WheelReading
 from ...robot import Robot
+from ...samples import SECONDS_PER_NANOSECOND
 
 DEFAULT_CONTROLLER = "pid"
 NO_VOLTAGE = MotorVoltages(0.0, 0.0)
-_SECOND = 1e-9
 _LONGEST_STEP = 0.5
 """After a longer pause between two steps [s] the controller starts afresh."""
 
@@ -177,7 +177,11 @@ class BalanceStream:
         if not math.isfinite(tilt) or (last is not None and stamp <= last[0]):
             return
         if rate is None or not math.isfinite(rate):
-            rate = 0.0 if last is None else (tilt - last[1]) / ((stamp - last[0]) * _SECOND)
+            rate = (
+                0.0
+                if last is None
+                else (tilt - last[1]) / ((stamp - last[0]) * SECONDS_PER_NANOSECOND)
+            )
         self._tilt = (stamp, tilt, rate)
 
     def set_valid(self, valid: bool) -> None:
@@ -219,7 +223,7 @@ class BalanceStream:
 
     def step(self, now: int) -> MotorVoltages:
         """Return what the motors get from `now` [ns] on until the next step."""
-        dt = 0.0 if self._last_step is None else (now - self._last_step) * _SECOND
+        dt = 0.0 if self._last_step is None else (now - self._last_step) * SECONDS_PER_NANOSECOND
         if not 0.0 < dt <= _LONGEST_STEP:
             self._odometry = self._state = None
         self._last_step = now
@@ -244,13 +248,13 @@ class BalanceStream:
         settings, tilt, wheels = self.settings, self._tilt, self._wheels
         if tilt is None or wheels is None:
             return Standing.WAITING
-        if (now - tilt[0]) * _SECOND > settings.tilt_timeout:
+        if (now - tilt[0]) * SECONDS_PER_NANOSECOND > settings.tilt_timeout:
             return Standing.TILT_LATE
         if self._fault is not None:
             return self._fault
         if not self._valid:
             return Standing.TILT_INVALID
-        if (now - wheels.stamp) * _SECOND > settings.wheel_timeout:
+        if (now - wheels.stamp) * SECONDS_PER_NANOSECOND > settings.wheel_timeout:
             return Standing.WHEELS_LATE
         return Standing.FALLEN if self._has_fallen(now, tilt[1]) else Standing.BALANCING
 
@@ -264,7 +268,7 @@ class BalanceStream:
             return self._fallen
         if self._upright_since is None:
             self._upright_since = now
-        upright = (now - self._upright_since) * _SECOND
+        upright = (now - self._upright_since) * SECONDS_PER_NANOSECOND
         self._fallen = upright < settings.recovery_time
         return self._fallen
 
@@ -273,7 +277,7 @@ class BalanceStream:
         assert self._tilt is not None and self._wheels is not None  # or it would still wait
         _, tilt, rate = self._tilt
         stamp, angle, difference, _ = self._wheels
-        since = (stamp - self._followed) * _SECOND
+        since = (stamp - self._followed) * SECONDS_PER_NANOSECOND
         if self._odometry is None or since > _LONGEST_STEP:
             self._odometry = begin(angle, difference, tilt, self._geometry)
         elif since > 0.0:
@@ -288,7 +292,10 @@ class BalanceStream:
         assert self._wheels is not None  # or it would still wait
         settings, command = self.settings, self._command
         velocity = yaw_rate = 0.0
-        if command is not None and (now - command[0]) * _SECOND <= settings.command_timeout:
+        if (
+            command is not None
+            and (now - command[0]) * SECONDS_PER_NANOSECOND <= settings.command_timeout
+        ):
             velocity, yaw_rate = command[1:]
         if self._geometry.heading_per_difference == 0.0 or self._wheels.encoders < 2.0:
             yaw_rate = 0.0  # without a measured heading the robot would never stop turning

@@ -10,13 +10,13 @@
 
 from __future__ import annotations
 
+from ...samples import SECONDS_PER_NANOSECOND
 from .balance import Standing
 
 CLOCK_GAP = 5.0
 """A stamp further behind the clock [s] is one of another clock, not a late one."""
 FEWEST_REPEATS = 5
 """Equal tilts in a row before they count as frozen, for slow estimators."""
-_SECOND = 1e-9
 
 
 def judged_by_stamp(stamp: int, now: int, timeout: float) -> Standing | None:
@@ -29,7 +29,7 @@ def judged_by_stamp(stamp: int, now: int, timeout: float) -> Standing | None:
     """
     if now <= 0:
         return Standing.NO_CLOCK
-    age = (now - stamp) * _SECOND
+    age = (now - stamp) * SECONDS_PER_NANOSECOND
     if not -timeout <= age <= CLOCK_GAP:
         return Standing.OTHER_CLOCK
     return Standing.TILT_STALE if age > timeout else None
@@ -62,6 +62,6 @@ class FrozenTilt:
             self._repeats = self._repeats + 1 if driven else 0
             if self._repeats <= 1:
                 self._since = stamp
-            long = (stamp - self._since) * _SECOND >= limit
+            long = (stamp - self._since) * SECONDS_PER_NANOSECOND >= limit
             self._frozen = long and self._repeats >= FEWEST_REPEATS
         return self._frozen
