@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -30,6 +32,15 @@ def table(title: str, findings: Sequence[Finding]) -> Table:
     return rows
 
 
+def print_findings(console: Console, title: str, findings: Sequence[Finding]) -> None:
+    """Print the table, how many there are of each severity, and the lines to change."""
+    console.print(table(title, findings))
+    counts = {level: sum(each.severity is level for each in findings) for level in Severity}
+    console.print(", ".join(f"{count} {level.name}" for level, count in counts.items() if count))
+    if lines := yaml_lines(findings):
+        console.print("change:", *(f"  {escape(line)}" for line in lines), sep="\n")
+
+
 def as_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
     """Return findings as plain data."""
     return [
@@ -38,12 +49,16 @@ def as_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
             "subject": each.subject,
             "check": each.check,
             "text": each.text,
-            "ratio": each.ratio,
+            "ratio": _finite(each.ratio),
             "parameter": each.parameter,
             "value": list(each.value) if isinstance(each.value, tuple) else each.value,
         }
         for each in findings
     ]
+
+
+def _finite(ratio: float | None) -> float | None:
+    return ratio if ratio is not None and math.isfinite(ratio) else None
 
 
 def yaml_lines(findings: Sequence[Finding]) -> list[str]:

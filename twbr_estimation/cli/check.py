@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
 
 from ..checks.finding import Finding, Severity, worst
 from ..checks.suitability import suitability
-from ..checks.table import as_json, table, yaml_lines
+from ..checks.table import as_json, print_findings
 from ..drives import Drive, load
 from ..scoring.table import write_json
 from .arguments import add_recordings, add_settings, topic_names
@@ -63,16 +61,8 @@ def _findings(drive: Drive) -> list[Finding]:
 def _print(console: Console, drive: Drive, findings: list[Finding]) -> None:
     recording = drive.recording
     title = f"{drive.source}: {recording.imu.stamps.size} samples, {recording.duration:.1f} s"
-    console.print(table(title, findings))
-    counts = {level: sum(each.severity is level for each in findings) for level in Severity}
-    console.print(", ".join(f"{count} {level.name}" for level, count in counts.items() if count))
-    if lines := yaml_lines(findings):
-        console.print("change:", *(f"  {escape(line)}" for line in lines), sep="\n")
+    print_findings(console, title, findings)
 
 
 def _document(source: str, findings: list[Finding]) -> dict[str, Any]:
-    rows = as_json(findings)
-    for row in rows:
-        if isinstance(row["ratio"], float) and not math.isfinite(row["ratio"]):
-            row["ratio"] = None
-    return {"source": source, "worst": worst(findings).name, "findings": rows}
+    return {"source": source, "worst": worst(findings).name, "findings": as_json(findings)}
