@@ -15,10 +15,9 @@ from twbr_estimation.calibration.findings import Findings
 from twbr_estimation.calibration.turns import calibrate_turns
 from twbr_estimation.calibration.wall import calibrate_wall
 from twbr_estimation.errors import CalibrationError
-from twbr_estimation.imports import Options, load
-from twbr_estimation.recording import ImuTrack, Recording
-from twbr_estimation.robot import Calibration, Setup
-from twbr_estimation.simulation import simulate
+from twbr_estimation.imports import ImportOptions, load
+from twbr_estimation.recording import ImuTrack, Recording, WheelTrack
+from twbr_estimation.robot import Calibration, Robot, Setup
 
 G = 9.80665
 BIAS = np.array([0.3, -0.2, 0.6])
@@ -123,24 +122,49 @@ def test_a_wall_gives_the_mounting() -> None:
         calibrate_wall([leaning(1, 0.0, 0.2)], Setup())
 
 
-@pytest.mark.parametrize("world", ["paper", "W1"])
-def test_balancing_gives_the_mean_tilt(world: str) -> None:
-    simulated = simulate(world, 0.01, 60.0, 77)
-    truth = simulated.recording.truth
-    assert truth is not None
-    try:
-        found = calibrate_balance([simulated.recording], simulated.setup)
-    except CalibrationError as error:
-        assert "is known to" in str(error)  # noqa: PT017 - a wild drive is refused, not guessed
-        return
-    tilt, error = value(found, "balance tilt")
-    assert tilt == pytest.approx(float(truth.tilt.mean()), abs=3.0 * error + math.radians(0.1))
+def balancing(seed: int, balance: float, swing: float) -> Recording:
+    """Return 60 s of a robot that drives to and fro about the tilt at which it balances."""
+    generator = np.random.default_rng(seed)
+    time = np.arange(6000) * DT
+    pulse = math.tau * np.array([0.31, 0.53, 0.87])
+    phase = generator.uniform(0.0, math.tau, 3)
+    waves = np.sin(pulse * time[:, None] + phase)
+    tilt = balance + swing * waves.sum(axis=1)
+    rate = swing * (pulse * np.cos(pulse * time[:, None] + phase)).sum(axis=1)
+    # Away from its balance an inverted pendulum stays up only by g times the tilt forward.
+    acceleration = G * (tilt - balance)
+    distance = -G * swing * (waves / pulse**2).sum(axis=1)
+    force = np.column_stack(
+        [
+            acceleration * np.cos(tilt) - G * np.sin(tilt),
+            np.zeros(time.size),
+            acceleration * np.sin(tilt) + G * np.cos(tilt),
+        ]
+    )
+    made = recording(np.column_stack([0.0 * rate, rate, 0.0 * rate]), force, seed)
+    radius = Setup().robot.wheel_radius
+    track = WheelTrack(made.imu.stamps, (distance / radius - (tilt - balance))[:, None])
+    return replace(made, wheels=track)
+
+
+@pytest.mark.parametrize("balance", [-0.06, 0.0, 0.03])
+def test_calm_balancing_gives_the_tilt_at_which_it_balances(balance: float) -> None:
+    for seed in range(4):
+        made = balancing(seed, balance, 0.01)
+        found = calibrate_balance([made], Setup(robot=Robot(lever_arm=(0.0, 0.0, 0.0))))
+        tilt, error = value(found, "balance tilt")
+        assert tilt == pytest.approx(balance, abs=3.0 * error + 1e-4) and error < math.radians(0.3)
+
+
+def test_wild_balancing_is_refused() -> None:
+    with pytest.raises(CalibrationError, match="is known to"):
+        calibrate_balance([balancing(1, 0.0, 0.6)], Setup())
 
 
 def test_real_faces_and_turns(shared_data: Path) -> None:
     folder = shared_data / "mpu6050_static"
     faces = [
-        load(each, "mpu6050-static", Options()).recording
+        load(each, "mpu6050-static", ImportOptions()).recording
         for each in sorted(folder.glob("unmoved*"))
         if not each.name.endswith("10min")
     ]
@@ -148,7 +172,7 @@ def test_real_faces_and_turns(shared_data: Path) -> None:
     for name in "xyz":
         assert value(found, f"accelerometer scale {name}")[0] == pytest.approx(1.0, abs=0.08)
         assert abs(value(found, f"accelerometer bias {name}")[0]) < 0.5
-    by_hand = load(folder / "rotate-ccw-around-y-pointing-left", "mpu6050-static", Options())
+    by_hand = load(folder / "rotate-ccw-around-y-pointing-left", "mpu6050-static", ImportOptions())
     bias = tuple(np.radians([4.535, 0.047, 1.122]).tolist())
     turns = calibrate_turns([by_hand.recording], Setup(calibration=Calibration(gyro_bias=bias)))
     assert value(turns, "gyro scale y")[0] == pytest.approx(1.0, abs=0.02)
