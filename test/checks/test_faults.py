@@ -204,6 +204,16 @@ def test_a_wrong_reference_is_told_from_a_wrong_gyro(drive: Simulated) -> None:
     assert "the gyro is wrong" in faults(recording, setup)["reference scale"].sentence
 
 
+def test_clipping_recommends_ranges_with_room(drive: Simulated) -> None:
+    recording, setup = robot(gyro_range=1.0, accel_range=11.0)(drive)
+    imu = recording.imu
+    clipped = replace(imu, gyro=imu.gyro.clip(-1.0, 1.0), accel=imu.accel.clip(-11.0, 11.0))
+    found = noteworthy(check(replace(recording, imu=clipped), setup))
+    values = {each.parameter: each.value for each in found if each.check == "saturation"}
+    assert values["robot.gyro_range"] == pytest.approx(np.radians(1000.0))
+    assert values["robot.accel_range"] == pytest.approx(8.0 * 9.80665)
+
+
 def test_microseconds_for_milliseconds_are_found(drive: Simulated) -> None:
     recording = drive.recording
     imu = replace(recording.imu, stamps=recording.imu.stamps // 1000)

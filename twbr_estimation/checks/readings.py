@@ -22,6 +22,8 @@ ACCEL_RANGES = tuple(STANDARD_GRAVITY * value for value in (2.0, 4.0, 8.0, 16.0)
 """Full scales of the chip's accelerometer [m/s^2]."""
 DEAD = ("dead", "dead axis")
 """Names of the checks that find readings which never change."""
+RECOMMENDED = {"gyro": GYRO_RANGES[2], "accelerometer": ACCEL_RANGES[2]}
+"""Full scales that leave room for falls and impacts: 1000 deg/s and 8 g."""
 _NEEDED = {"gyro": (1,), "accelerometer": (0, 2)}  # axes of the sensor that see the tilt
 _LEAST = 100  # readings from which an axis without change is dead
 
@@ -50,6 +52,7 @@ def _sensor(
     beyond = float(np.abs(values).max(initial=0.0))
     share = saturated_share(values, limit)
     larger = next((each for each in ranges if each > 1.5 * limit), limit)
+    larger = max(larger, RECOMMENDED[name])
     if beyond > BEYOND * limit:
         yield Finding(
             Severity.WARN if beyond <= ranges[-1] * BEYOND else Severity.FAIL,
@@ -67,9 +70,10 @@ def _sensor(
             name,
             "saturation",
             f"{100 * share:.2f} % of the samples are saturated; a range of {_shown(larger, unit)} "
-            "clips less",
+            "clips less: set it in driver and parameter alike",
             share,
             f"robot.{parameter}",
+            larger,
         )
     else:
         yield passed(name, "saturation", f"{100 * share:.2f} % of the samples are saturated")
