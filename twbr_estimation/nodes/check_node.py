@@ -22,7 +22,9 @@ from ..errors import ConfigurationError, MessageError
 from ..parameters.bounds import Meaning
 from ..robot import Setup
 from ..streams.acceptance import Acceptance, AcceptanceSettings
-from ..streams.messages import JointStateDecoder, WheelDecoder, decode_raw_imu
+from ..streams.device.stamping import Stamping
+from ..streams.messages import JointStateDecoder, decode_raw_imu
+from ..streams.wheels import WheelDecoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
@@ -65,7 +67,13 @@ class CheckNode(GuardedNode):
         setup = self._declared(Setup())
         self._outputs = self._declared(CheckOutputs())
         self.acceptance = Acceptance(setup, self._declared(AcceptanceSettings()), inputs.wheel_wait)
-        self._wheels = WheelDecoder(inputs.left_wheel_joint, inputs.right_wheel_joint)
+        self._wheels = WheelDecoder(
+            inputs.left_wheel_joint,
+            inputs.right_wheel_joint,
+            inputs.wheel_gear_ratio,
+            inputs.stamps,
+        )
+        self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._joints = JointStateDecoder()
         self.status: int | None = None
         """Exit status once all is done: 1 if anything fails, else 0."""
@@ -96,12 +104,16 @@ class CheckNode(GuardedNode):
         return guarded
 
     def _on_imu(self, data: bytes) -> None:
-        self.acceptance.add_imu(*decode_raw_imu(data))
+        stamp, values = decode_raw_imu(data)
+        self.acceptance.add_imu(self._stamping.stamp(stamp, self._clock_now()), values)
 
     def _on_joints(self, data: bytes) -> None:
-        reading = self._wheels.decode(data)
+        reading = self._wheels.decode(data, self._clock_now())
         if reading is not None:
             self.acceptance.add_wheels(reading)
+
+    def _clock_now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
 
     def _on_reference(self, data: bytes) -> None:
         stamp, names, positions = self._joints.decode(data)
