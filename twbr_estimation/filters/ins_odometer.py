@@ -154,7 +154,7 @@ class Learnt(NamedTuple):
     bend: tuple[float, float]
 
 
-class Memory(NamedTuple):
+class LearntBefore(NamedTuple):
     """What it had learnt before the present doubts about its wheels could have begun."""
 
     older: Learnt
@@ -175,13 +175,13 @@ def _learnt(nav: Navigation) -> Learnt:
     )
 
 
-def remembered(memory: Memory, nav: Navigation, sound: bool, time: float) -> Memory:
+def remembered(memory: LearntBefore, nav: Navigation, sound: bool, time: float) -> LearntBefore:
     """Return the memory some time later; it stands still while wheels are in doubt."""
     if not sound:
-        return Memory(memory.older, memory.newer, 0.0)
+        return LearntBefore(memory.older, memory.newer, 0.0)
     if memory.age + time < MEMORY_PERIOD:
-        return Memory(memory.older, memory.newer, memory.age + time)
-    return Memory(memory.newer, _learnt(nav), 0.0)
+        return LearntBefore(memory.older, memory.newer, memory.age + time)
+    return LearntBefore(memory.newer, _learnt(nav), 0.0)
 
 
 def recalled(nav: Navigation, learnt: Learnt) -> Navigation:
@@ -216,7 +216,7 @@ class State(NamedTuple):
     vertical: Vertical
     stillness: Stillness
     check: WheelCheck
-    memory: Memory
+    memory: LearntBefore
     covariance: Array
     """Of the error vector of `error_state`, (25, 25)."""
 
@@ -246,7 +246,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         begin_vertical(now.force, bias, variance),
         begin_stillness(sample),
         begin_check(),
-        Memory(_learnt(nav), _learnt(nav), 0.0),
+        LearntBefore(_learnt(nav), _learnt(nav), 0.0),
         _first_covariance(variance, c),
     )
 
@@ -364,7 +364,7 @@ def _compare(
     vertical: Vertical,
     stillness: Stillness,
     check: WheelCheck,
-    memory: Memory,
+    memory: LearntBefore,
     sample: CorrectedSample,
     c: Coefficients,
 ) -> State:
