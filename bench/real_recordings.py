@@ -66,7 +66,7 @@ class Figures(NamedTuple):
 def broad(data: Path, trial: str, axis: str) -> imported.ImportedLog:
     """Read one trial for the tilt about one axis."""
     path = data / "broad_translation" / f"{trial}.mat"
-    return imported.load(path, "broad", imported.ScoringOptions(axis=axis))
+    return imported.load(path, "broad", imported.ImportOptions(axis=axis))
 
 
 def uiuc(data: Path, name: str) -> imported.ImportedLog:

@@ -23,18 +23,20 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 import twbr_estimation as twbr  # noqa: E402
+from twbr_estimation.recording import FloatArray  # noqa: E402
 
-WORLD, SEED, BEGIN, SECONDS, PICTURES = "W2", 7, 8.0, 8.0, 12.5
+WORLD, SEED, BEGIN, SECONDS, PICTURES = "W2", 7, 8.0, 8.0, 12
 COLORS = {"ins_odometer": "#1976d2", "complementary": "#ef6c00"}
 BODY, RADIUS = 1.0, 0.28
 """Of the drawn robot, in lengths of its body."""
 
 
-def outline(tilt: float) -> np.ndarray:
+def outline(tilt: float) -> FloatArray:
     """Return the corners of the body that leans by `tilt` [rad], (4, 2)."""
     corners = np.array([[-0.16, 0.0], [0.16, 0.0], [0.16, BODY], [-0.16, BODY]])
     turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
-    return corners @ turn.T + [0.0, RADIUS]
+    moved: FloatArray = corners @ turn.T + [0.0, RADIUS]
+    return moved
 
 
 def main(target: Path) -> None:
