@@ -212,7 +212,7 @@ def test_any_stable_time_constant_is_accepted(time_constant: float) -> None:
 def turned(lever: tuple[float, float, float], **limits: float) -> tuple[Recording, Setup]:
     """Return a spin at 10 rad/s seen by a perfect IMU off the axle, and its robot."""
     robot = replace(EDUMIP_ROBOT, lever_arm=lever)
-    spun = spin(10.0, SpinSensor(0.0, gyro_noise=1e-8, accel_noise=1e-8), 8.0, 1, robot)
+    spun = spin(10.0, SpinSensor(0.0, gyro_noise=1e-8, accel_noise=1e-6), 8.0, 1, robot)
     smooth = CorrectionSettings(rate_time_constant=0.0, velocity_time_constant=0.0)
     return spun.recording, Setup(replace(robot, **limits), correction=smooth)
 
