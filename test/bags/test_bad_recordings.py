@@ -84,7 +84,7 @@ def test_a_missing_topic_lists_what_there_is_and_the_flag(tmp_path: Path) -> Non
     path = write_topics(tmp_path / "a.mcap", replace(imu_topic(regular(5)), topic="/other"))
     with pytest.raises(RecordingError) as caught:
         read_recording(path)
-    for text in ("a.mcap", "/imu/data_raw", "/other", "sensor_msgs/msg/Imu", "--imu-topic"):
+    for text in ("a.mcap", "/imu/data_raw", "/other", "sensor_msgs/msg/Imu", "`topics.imu`"):
         assert text in str(caught.value)
 
 

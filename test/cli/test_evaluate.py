@@ -128,13 +128,13 @@ def test_reference_options_and_skip(bags, capsys):
         (["--skip", "1000"], "no sample is left to compare; check the skipped time"),
         (["--skip", "-1"], "--skip -1: must be 0 s or more"),
         (["--reference-delay", "1000"], "do not overlap"),
-        (["--set", "unheard_of.gain=1"], "there is no filter 'unheard_of'"),
+        (["--set", "unheard_of.gain=1"], "--set: unheard_of is no filter"),
         (["--filter", "gyro", "--set", "kalman.r=1"], "kalman has values but does not run"),
         (["--estimator", "kalman=/imu/dmp"], "estimator kalman: this is a filter's name"),
         (["--estimator", "a=/b", "--estimator", "a=/c"], "--estimator a=/c: a is /b already"),
         (["--wheel-joints", "a,b,c"], "--wheel-joints"),
         (["--estimator", "chip=/nothing"], "/nothing"),
-        (["--json", "/nowhere/at/all.json"], "/nowhere/at/all.json"),
+        (["--json", "/proc/at/all.json"], "/proc/at"),
     ],
 )
 def test_errors_say_what_was_wrong(bags, capsys, arguments, message):

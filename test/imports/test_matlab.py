@@ -11,7 +11,7 @@ import pytest
 from scipy.io import savemat
 
 from twbr_estimation.errors import TwbrError
-from twbr_estimation.imports import Options, load
+from twbr_estimation.imports import ImportOptions, load
 
 NAMES = [f"all_{kind}_2_{axis}" for kind in ("gyro", "accel") for axis in "xyz"]
 NAMES += [f"all_imu2_q{i}" for i in range(1, 5)]
@@ -48,7 +48,7 @@ def test_variables_of_another_kind_are_named(
     tmp_path: Path, changed: dict[str, Any], what: str
 ) -> None:
     with pytest.raises(TwbrError, match=what):
-        load(write(tmp_path / "log.mat", **changed), "uiuc", Options())
+        load(write(tmp_path / "log.mat", **changed), "uiuc", ImportOptions())
 
 
 def test_damaged_files_are_read_or_refused(tmp_path: Path) -> None:
@@ -62,7 +62,7 @@ def test_damaged_files_are_read_or_refused(tmp_path: Path) -> None:
             changed[chance.randrange(min(len(changed), 4000))] = chance.randrange(256)
         path.write_bytes(bytes(changed))
         try:
-            load(path, "uiuc", Options())
+            load(path, "uiuc", ImportOptions())
         except TwbrError:
             refused += 1
     assert refused > 100

@@ -11,7 +11,7 @@ import pytest
 
 from twbr_estimation.bags import read_recording
 from twbr_estimation.errors import TwbrError
-from twbr_estimation.imports import ImportedLog, Options, load, write_import
+from twbr_estimation.imports import ImportedLog, ImportOptions, load, write_import
 
 COLUMNS = "columns: {time: t, gyro: [gx, gy, gz], accel: [ax, ay, az]}\n"
 NAMES = "t,gx,gy,gz,ax,ay,az"
@@ -21,7 +21,7 @@ READINGS = "1,2,3,4,5,6"
 def imported(folder: Path, log: str | bytes, description: str = COLUMNS) -> ImportedLog:
     (folder / "log.csv").write_bytes(log if isinstance(log, bytes) else log.encode())
     (folder / "columns.yaml").write_text(description)
-    return load(folder / "log.csv", "csv", Options(folder / "columns.yaml"))
+    return load(folder / "log.csv", "csv", ImportOptions(folder / "columns.yaml"))
 
 
 def rows(times: list[str], head: str = NAMES, rest: str = READINGS) -> str:
@@ -190,4 +190,4 @@ def test_a_number_beyond_sense_is_refused(tmp_path: Path, line: str) -> None:
 
 def test_what_is_no_file_is_refused_at_once() -> None:
     with pytest.raises(TwbrError, match="it is a device"):
-        load(Path("/dev/zero"), "csv", Options(Path("/dev/zero")))
+        load(Path("/dev/zero"), "csv", ImportOptions(Path("/dev/zero")))
