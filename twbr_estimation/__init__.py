@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .samples import TiltEstimate as TiltEstimate
     from .scoring.errors import ScoringOptions as ScoringOptions
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "Bounds",

@@ -3,7 +3,7 @@
 A few bytes can claim, or hold, terabytes. Nothing here makes more than what was announced, no
 single piece is larger than its limit, and a file as a whole unpacks to no more than a multiple of
 its size that recordings do not reach. Messages of live sensors rarely shrink to less than a tenth.
-The most that was measured is ten minutes of an IMU whose readings never change: 49 times by
+The most that was measured is some minutes of an IMU whose readings never change: 49 times by
 zstd -19, 56 times where its stamps stay 0, too, and 59 times by xz.
 """
 
