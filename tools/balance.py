@@ -11,6 +11,7 @@ import argparse
 import math
 import os
 import select
+import signal
 import socket
 import sys
 import tempfile
@@ -321,6 +322,8 @@ def parsed() -> argparse.Namespace:
 def main() -> int:
     """Run the graph and show it; return 0 where the robot was upright to the end, or `q`."""
     arguments = parsed()
+    for number in (signal.SIGINT, signal.SIGTERM):  # also where a script started it, which ignores
+        signal.signal(number, signal.default_int_handler)  # the first one
     if find_spec("rclpy") is None:
         print("balance: error: this needs ROS 2: pip install .[ros]", file=sys.stderr)
         return 1

@@ -24,9 +24,14 @@ class StandIn:
 
     def __init__(self, **parameters: Any) -> None:
         self.parameters, self.sent = parameters, []
+        self._parameter_overrides: dict[str, Any] = {}
 
-    def declare_parameter(self, name: str, default: Any) -> Any:
-        return SimpleNamespace(value=self.parameters.get(name, default))
+    def declare_parameter(self, name: str, default: Any, descriptor: Any = None) -> Any:
+        self.parameters.setdefault(name, default)
+        return self.get_parameter(name)
+
+    def get_parameter(self, name: str) -> Any:
+        return SimpleNamespace(value=self.parameters[name])
 
     def create_publisher(self, kind: Any, topic: str, depth: int) -> Any:
         assert (kind, topic) == (TFMessage, "/tf") and depth > 0

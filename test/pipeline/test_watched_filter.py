@@ -12,6 +12,7 @@ import pytest
 from twbr_estimation.filters.base import filter_named
 from twbr_estimation.pipeline.watched_filter import WatchedFilter
 from twbr_estimation.recording import FloatArray
+from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
 
 DT = 0.005
@@ -169,3 +170,15 @@ def test_a_motion_that_the_sensors_show_is_left_alone(name: str) -> None:
     found = run(name, tilt, list(samples(tilt, seed=16)))
     assert found.running.restarts == 0
     assert found.trusted.all()
+
+
+def test_a_tilt_that_went_round_the_circle_is_within_half_a_turn() -> None:
+    watched = WatchedFilter(filter_named("gyro"), {}, Robot())
+    for index in range(400):
+        angle = math.remainder(index * 0.05, 2.0 * math.pi)
+        spun = CorrectedSample(*([0.0] * len(CorrectedSample._fields)))._replace(
+            dt=0.005, angle=angle, gyro_y=10.0, accel_x=-9.8 * math.sin(angle),
+            accel_z=9.8 * math.cos(angle), angle_variance=1e-4,
+        )  # fmt: skip
+        assert abs(watched.step(spun).tilt) <= math.pi
+    assert abs(watched.state.tilt) > math.pi

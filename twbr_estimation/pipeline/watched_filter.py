@@ -62,7 +62,13 @@ class WatchedFilter(TiltFilter):
         return int(self._lost + (0.0 if self._watch is None else self._watch.stream.lost))
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
-        """Take one sample; return the estimate at its stamp."""
+        """Take one sample; return the estimate at its stamp, within half a turn of zero."""
+        estimate = self._step(sample)
+        if abs(estimate.tilt) > math.pi:  # the state went on round the circle
+            return estimate._replace(tilt=wrapped(estimate.tilt))
+        return estimate
+
+    def _step(self, sample: CorrectedSample) -> TiltEstimate:
         state, before = self.state, self._watch
         if state is not None and abs(state.tilt) > OVERTURNED:
             near = state.tilt + wrapped(sample.angle - state.tilt)
