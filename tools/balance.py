@@ -344,7 +344,8 @@ def main() -> int:
             watcher = Watcher(shown)
             (run_on_terminal if on_terminal else run_on_lines)(graph, watcher, shown, seconds)
         except KeyboardInterrupt:
-            pass
+            if on_page:
+                return 0
         except (RuntimeError, TwbrError) as error:
             print(f"balance: error: {error}", file=sys.stderr)
             return 1
