@@ -19,7 +19,7 @@ START = 5_000_000_000
 
 def play(graph: Any, sensors: Any, signs: tuple[float, float]) -> None:
     """Publish a drive; the node under test ends it."""
-    recording = simulate("W4", 0.01, 22.0, 511).recording
+    recording = simulate("W4", 0.01, 30.0, 511).recording
     imu, wheels = recording.imu, recording.wheels
     assert wheels is not None
     publisher = graph.probe.create_publisher(JointState, "joint_states", 2000)
