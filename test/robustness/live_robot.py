@@ -24,7 +24,7 @@ from twbr_estimation.streams.messages import decode_float64s, decode_imu
 
 PROGRAM = "import sys; from twbr_estimation.nodes.{0} import main; sys.exit(main())"
 PARAMETERS: dict[str, dict[str, object]] = {
-    "simulator_node": {"world": "ideal", "imu_period": 0.005, "start_tilt": 0.03},
+    "simulator_node": {"world": "W1", "imu_period": 0.005, "start_tilt": 0.03},
     "correction_node": {},
     "filter_node": {},
     "controller_node": {"prepare_all": False},

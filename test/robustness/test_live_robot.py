@@ -15,11 +15,6 @@ MOST = 11
 """Commands in `tilt_timeout` and one `period`, 0.05 s and 0.005 s, after the last tilt."""
 
 
-@pytest.mark.xfail(
-    strict=False,
-    reason="the separate nodes do not balance the robot in this test on every machine; the cause "
-    "is not found, and the stops themselves are tested in test_motors_stop",
-)
 def test_a_node_upstream_that_hangs_or_is_killed_stops_the_motors(graph: Any) -> None:
     with live_robot(graph) as robot:
         for node, number in (
