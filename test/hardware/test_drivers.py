@@ -16,7 +16,7 @@ from twbr_estimation.sensors.encoder import Encoder, EncoderSettings
 from twbr_estimation.sensors.gpio_counter import Bias, open_gpio_counter
 from twbr_estimation.sensors.i2c import I2cRegisters
 from twbr_estimation.sensors.motion import swing
-from twbr_estimation.sensors.mpu6050 import FetchMode, ImuReading, Mpu6050, Mpu6050Settings
+from twbr_estimation.sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings, Reading
 from twbr_estimation.sensors.mpu6050_reader import Mpu6050Reader
 from twbr_estimation.sensors.sysfs_counter import SysfsCounter
 
@@ -45,11 +45,11 @@ def _wrong(readings: list[ImuReading]) -> int:
     return sum(abs(each.accel_z - swing(each.stamp * 1e-9).accel_z) > 1.0 for each in readings)
 
 
-@pytest.mark.parametrize("reading", list(FetchMode))
-def test_samples_come_through(bus: tuple[int, Adapter], reading: FetchMode) -> None:
+@pytest.mark.parametrize("reading", list(Reading))
+def test_samples_come_through(bus: tuple[int, Adapter], reading: Reading) -> None:
     reader = _reader(bus[0], reading=reading)
     readings = _run(reader, 1.0)
-    assert len(readings) > (20 if reading is FetchMode.BURST else 300)
+    assert len(readings) > (20 if reading is Reading.BURST else 300)
     assert _wrong(readings) == 0
     assert reader.counters.bus_errors == 0
     reader.stop()
@@ -80,7 +80,7 @@ def test_half_a_transfer_gives_no_old_bytes(bus: tuple[int, Adapter]) -> None:
 
 
 def test_a_stalled_fifo_transfer_tears_no_packet(bus: tuple[int, Adapter]) -> None:
-    reader = _reader(bus[0], reading=FetchMode.FIFO)
+    reader = _reader(bus[0], reading=Reading.FIFO)
     readings = _run(reader, 0.3)
     read, stalls = bus[1].chip.read, [1]
 
@@ -101,7 +101,7 @@ def test_an_adapter_of_60_bytes_reads_the_fifo(bus: tuple[int, Adapter]) -> None
         pytest.skip("only the rig's i2c-dev has such limits")
     MAX_READ.write_text("60")
     try:
-        reader = _reader(bus[0], reading=FetchMode.FIFO, poll_rate=50.0)
+        reader = _reader(bus[0], reading=Reading.FIFO, poll_rate=50.0)
         readings = _run(reader, 1.0)
         assert len(readings) > 300 and _wrong(readings) == 0
         assert reader.fifo.transfer_packets <= 4

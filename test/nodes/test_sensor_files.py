@@ -11,7 +11,7 @@ from twbr_estimation.nodes.encoder_node import EncoderNode
 from twbr_estimation.nodes.mpu6050_node import Mpu6050Node, Mpu6050NodeSettings
 from twbr_estimation.robot import Robot
 from twbr_estimation.sensors.joint_encoders import Role
-from twbr_estimation.sensors.mpu6050 import FetchMode
+from twbr_estimation.sensors.mpu6050 import Reading
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 
@@ -47,7 +47,7 @@ def test_the_ranges_of_robot_and_chip_are_compared(graph: Any, file: str, agree:
 
 def test_the_fifo_file_reads_every_sample(graph: Any) -> None:
     chip = _node(graph, Mpu6050Node, "mpu6050_fifo.yaml").parameters.current.mpu6050
-    assert chip.reading is FetchMode.FIFO
+    assert chip.reading is Reading.FIFO
     assert chip.delivered_rate == 1000.0
 
 

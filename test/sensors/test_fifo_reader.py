@@ -11,10 +11,10 @@ from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.sensors.chip_models import MODELS
 from twbr_estimation.sensors.motion import ImuMotion
 from twbr_estimation.sensors.mpu6050 import (
-    FetchMode,
     ImuReading,
     Mpu6050,
     Mpu6050Settings,
+    Reading,
     Register,
 )
 from twbr_estimation.sensors.mpu6050_reader import Mpu6050Reader
@@ -55,7 +55,7 @@ class Bench:
     def __init__(self, clock: Any, identity: int = 0x68, **settings: Any) -> None:
         self.clock = clock
         self.chip = Stalling(clock, motion=lambda _: FELT, identity=identity)
-        given = Mpu6050Settings(**{"reading": FetchMode.FIFO, "poll_rate": 100.0, **settings})
+        given = Mpu6050Settings(**{"reading": Reading.FIFO, "poll_rate": 100.0, **settings})
         self.reader = Mpu6050Reader(
             Mpu6050(self.chip, given), clock, monotonic=clock, sleep=clock.advance
         )

@@ -14,9 +14,9 @@ from twbr_estimation.sensors.motion import ImuMotion
 from twbr_estimation.sensors.mpu6050 import (
     RAW_FULL_SCALE,
     RESET_TIME,
-    FetchMode,
     Mpu6050,
     Mpu6050Settings,
+    Reading,
     Register,
     temperature_of,
 )
@@ -92,7 +92,7 @@ def test_temperature_follows_the_data_sheet() -> None:
 
 def test_the_fifo_holds_the_samples_since_the_last_read_in_order(clock: Any) -> None:
     chip = SimulatedMpu6050(clock, motion=lambda t: ImuMotion(0, 0, 0, 0, 0, 9.8))
-    device = _set_up(chip, clock, reading=FetchMode.FIFO)
+    device = _set_up(chip, clock, reading=Reading.FIFO)
     clock.advance(0.0105)
     assert device.fifo_count() == 10 * 14
     first = device.read_fifo(4)
@@ -151,7 +151,7 @@ def test_a_sleeping_chip_shows_zeros_and_lost_settings(clock: Any) -> None:
 
 def test_a_fifo_that_would_overflow_between_two_polls_is_refused() -> None:
     with pytest.raises(ConfigurationError, match=r"poll_rate: 10 Hz is too slow.*14 Hz"):
-        Mpu6050Settings(reading=FetchMode.FIFO, poll_rate=10.0)
+        Mpu6050Settings(reading=Reading.FIFO, poll_rate=10.0)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from twbr_estimation.sensors.motion import ImuMotion, swing
-from twbr_estimation.sensors.mpu6050 import FetchMode, ImuReading, Mpu6050, Mpu6050Settings
+from twbr_estimation.sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings, Reading
 from twbr_estimation.sensors.mpu6050_reader import Mpu6050Reader
 from twbr_estimation.sensors.simulated_mpu6050 import SimulatedMpu6050
 
@@ -38,7 +38,7 @@ class Altered(SimulatedMpu6050):
 
 
 class Bench:
-    def __init__(self, clock: Any, mode: FetchMode, chip: Any = None, **settings: Any) -> None:
+    def __init__(self, clock: Any, mode: Reading, chip: Any = None, **settings: Any) -> None:
         self.clock = clock
         self.chip = Altered(clock) if chip is None else chip
         self.settings = Mpu6050Settings(reading=mode, poll_rate=100.0, **settings)
@@ -55,7 +55,7 @@ class Bench:
         return found
 
 
-@pytest.fixture(params=list(FetchMode))
+@pytest.fixture(params=list(Reading))
 def bench(request: pytest.FixtureRequest, clock: Any) -> Bench:
     return Bench(clock, request.param)
 
@@ -84,7 +84,7 @@ def test_a_bus_let_go_gives_no_samples(bench: Bench, level: int, first: int) -> 
 
 def test_the_zeros_of_a_chip_that_wakes_up_are_dropped(clock: Any) -> None:
     chip = Altered(clock)
-    bench = Bench(clock, FetchMode.BURST, chip)
+    bench = Bench(clock, Reading.BURST, chip)
     taken = []
     chip.change = lambda words: words.__setitem__(slice(None), [0] * 7) if not taken else None
     clock.advance(0.001)
@@ -138,7 +138,7 @@ def test_a_quiet_chip_at_rest_is_not_taken_for_a_broken_one(
     still = ImuMotion(0.001, -0.002, 0.003, 0.1, 0.2, 9.8)
     chip = Altered(clock, motion=lambda _: still, noise=noise)
     bench = Bench(
-        clock, FetchMode.BURST, chip, dlpf_config=dlpf, gyro_range_deg=gyro, accel_range_g=accel
+        clock, Reading.BURST, chip, dlpf_config=dlpf, gyro_range_deg=gyro, accel_range_g=accel
     )
     readings = bench.run(25.0)  # two windows of the slowest filter
     assert bench.reader.counters.stuck_words == 0
@@ -153,7 +153,7 @@ def test_without_noise_an_axis_is_suspected_when_the_others_move(clock: Any) -> 
         return felt._replace(accel_x=felt.accel_x + 3.0 * bool(moving) * (seconds % 7.0 > 3.0))
 
     chip = Altered(clock, motion=motion, noise=0.05)
-    bench = Bench(clock, FetchMode.BURST, chip, dlpf_config=6, gyro_range_deg=2000)
+    bench = Bench(clock, Reading.BURST, chip, dlpf_config=6, gyro_range_deg=2000)
     chip.change = lambda words: words.__setitem__(slice(4, 7), [0, 0, 0])
     bench.run(11.0)
     assert bench.reader.defect == ""
@@ -198,7 +198,7 @@ def test_short_reads_are_broken_transfers(bench: Bench, share: float) -> None:
 
 
 def test_a_torn_packet_is_read_again(clock: Any) -> None:
-    bench = Bench(clock, FetchMode.BURST)
+    bench = Bench(clock, Reading.BURST)
     bench.run(1.0)
     count = [0]
 
@@ -237,7 +237,7 @@ def test_an_impact_is_not_mistaken_for_a_torn_packet(clock: Any) -> None:
         struck = 0.505 < seconds - start * 1e-9 < 0.525
         return ImuMotion(0.0, 5.0 * struck, 0.0, 40.0 * struck, 0.0, 9.8)
 
-    bench = Bench(clock, FetchMode.BURST, Altered(clock, motion=hit))
+    bench = Bench(clock, Reading.BURST, Altered(clock, motion=hit))
     readings = bench.run(1.0)
     assert sum(abs(each.accel_x) > 30.0 for each in readings) == 2
     assert bench.reader.counters.torn_reads == 0

@@ -12,17 +12,17 @@ import pytest
 
 from twbr_estimation.errors import SensorError
 from twbr_estimation.sensors.motion import swing
-from twbr_estimation.sensors.mpu6050 import FetchMode, ImuReading, Mpu6050, Mpu6050Settings
+from twbr_estimation.sensors.mpu6050 import ImuReading, Mpu6050, Mpu6050Settings, Reading
 from twbr_estimation.sensors.mpu6050_reader import Mpu6050Reader, Phase
 from twbr_estimation.sensors.simulated_mpu6050 import SimulatedMpu6050
 
-MODES = pytest.mark.parametrize("mode", list(FetchMode))
+MODES = pytest.mark.parametrize("mode", list(Reading))
 
 
 class Bench:
     """A chip, a reader and a clock turned by hand."""
 
-    def __init__(self, clock: Any, mode: FetchMode, clock_rate: float = 1.0) -> None:
+    def __init__(self, clock: Any, mode: Reading, clock_rate: float = 1.0) -> None:
         self.clock = clock
         self.chip = SimulatedMpu6050(clock, clock_rate=clock_rate)
         settings = Mpu6050Settings(reading=mode, poll_rate=100.0, frozen_samples=50)
@@ -44,7 +44,7 @@ class Bench:
         return {key: n for key, n in counted.items() if n and key != "samples"}
 
 
-@pytest.fixture(params=list(FetchMode))
+@pytest.fixture(params=list(Reading))
 def bench(request: pytest.FixtureRequest, clock: Any) -> Bench:
     made = Bench(clock, request.param)
     assert made.reader.start() is None
@@ -136,7 +136,7 @@ def test_a_frozen_sensor_is_noticed(bench: Bench) -> None:
 
 
 def test_a_clone_warns_and_delivers(clock: Any) -> None:
-    bench = Bench(clock, FetchMode.BURST)
+    bench = Bench(clock, Reading.BURST)
     bench.chip.identity = 0x70
     warning = bench.reader.start()
     assert warning is not None and "0x70" in warning
@@ -144,14 +144,14 @@ def test_a_clone_warns_and_delivers(clock: Any) -> None:
 
 
 def test_nothing_on_the_bus_is_an_error_at_the_start(clock: Any) -> None:
-    bench = Bench(clock, FetchMode.BURST)
+    bench = Bench(clock, Reading.BURST)
     bench.chip.nack(1)
     with pytest.raises(SensorError, match="/dev/i2c-1: nothing answers at 0x68"):
         bench.reader.start()
 
 
 def test_a_fifo_overflow_is_counted_and_resynchronised(clock: Any) -> None:
-    bench = Bench(clock, FetchMode.FIFO)
+    bench = Bench(clock, Reading.FIFO)
     bench.reader.start()
     bench.run(0.1)
     clock.advance(0.2)  # 200 samples, room for 73
@@ -164,7 +164,7 @@ def test_a_fifo_overflow_is_counted_and_resynchronised(clock: Any) -> None:
 
 
 def test_a_broken_fifo_transfer_does_not_shift_the_packets(clock: Any) -> None:
-    bench = Bench(clock, FetchMode.FIFO)
+    bench = Bench(clock, Reading.FIFO)
     bench.reader.start()
     bench.run(0.1)
 
@@ -190,7 +190,7 @@ def test_a_broken_fifo_transfer_does_not_shift_the_packets(clock: Any) -> None:
 
 
 def test_a_chip_that_stops_sampling_is_noticed(clock: Any) -> None:
-    bench = Bench(clock, FetchMode.FIFO)
+    bench = Bench(clock, Reading.FIFO)
     bench.reader.start()
     bench.run(0.1)
     bench.chip.write(0x6A, 0)  # FIFO off, all settings intact
@@ -210,7 +210,7 @@ def test_a_clock_that_is_set_back_is_survived(bench: Bench) -> None:
 
 @pytest.mark.parametrize("clock_rate", [0.99, 1.013])
 def test_fifo_stamps_follow_the_clock_of_the_chip(clock: Any, clock_rate: float) -> None:
-    bench = Bench(clock, FetchMode.FIFO, clock_rate)
+    bench = Bench(clock, Reading.FIFO, clock_rate)
     bench.reader.start()
     jitter = random.Random(3)
     errors, taken = [], 0

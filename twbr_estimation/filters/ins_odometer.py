@@ -59,8 +59,8 @@ from .inertial.error_state import (
     forget,
 )
 from .inertial.navigation import (
+    InertialReading,
     Navigation,
-    Reading,
     Window,
     decayed,
     empty_window,
@@ -210,7 +210,7 @@ class State(NamedTuple):
     gyro_bias: float
     tilt_variance: float
     navigation: Navigation
-    last: Reading
+    last: InertialReading
     window: Window
     aiding: Aiding
     vertical: Vertical
@@ -358,7 +358,7 @@ def _unseen_turn(sample: CorrectedSample) -> float:
 def _compare(
     covariance: Array,
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     window: Window,
     aiding: Aiding,
     vertical: Vertical,

@@ -14,7 +14,7 @@ from ..errors import ConfigurationError
 from ..messages import set_readings, set_stamp
 from ..parameters.bounds import Bounds, Meaning
 from ..sensors.i2c import I2cRegisters, Registers
-from ..sensors.mpu6050 import PACKET_BYTES, FetchMode, ImuReading, Mpu6050, Mpu6050Settings
+from ..sensors.mpu6050 import PACKET_BYTES, ImuReading, Mpu6050, Mpu6050Settings, Reading
 from ..sensors.mpu6050_reader import Counters, Mpu6050Reader
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
 from .declarations import declarations_of, settings_from
@@ -214,7 +214,7 @@ class Mpu6050Node(DeviceNode):
             return Report(Level.STALE, self.failure or "not configured", {})
         counters, before = self.reader.counters, self._reported
         values: dict[str, object] = {"phase": self.reader.phase.value, **asdict(counters)}
-        if self.parameters.current.mpu6050.reading is FetchMode.FIFO:
+        if self.parameters.current.mpu6050.reading is Reading.FIFO:
             values["largest_transfer"] = self.reader.fifo.transfer_packets * PACKET_BYTES
             values["sample_clock_drift_ppm"] = round(self.reader.sample_clock.drift * 1e6, 1)
         new = {key: n - getattr(before, key) for key, n in asdict(counters).items()}

@@ -24,7 +24,7 @@ from .mpu6050_registers import (
     Register,
     internal_rate,
 )
-from .mpu6050_settings import FetchMode, Mpu6050Settings
+from .mpu6050_settings import Mpu6050Settings, Reading
 
 __all__ = [
     "FIFO_BYTES",
@@ -32,10 +32,10 @@ __all__ = [
     "RAW_FULL_SCALE",
     "RESET_TIME",
     "WHO_AM_I",
-    "FetchMode",
     "ImuReading",
     "Mpu6050",
     "Mpu6050Settings",
+    "Reading",
     "Register",
     "Words",
     "internal_rate",
@@ -128,7 +128,7 @@ class Mpu6050:
                 raise SensorError(
                     f"{register.name}: reads 0x{found:02x} after 0x{value:02x} was written"
                 )
-        if self.settings.reading is FetchMode.FIFO:
+        if self.settings.reading is Reading.FIFO:
             self.reset_fifo()
 
     def is_configured(self) -> bool:
@@ -143,7 +143,7 @@ class Mpu6050:
 
     def _set_up(self) -> dict[Register, int]:
         settings = self.settings
-        with_fifo = settings.reading is FetchMode.FIFO
+        with_fifo = settings.reading is Reading.FIFO
         values = {
             Register.PWR_MGMT_1: PWR_MGMT_1_GYRO_CLOCK,
             Register.PWR_MGMT_2: 0,

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from ..errors import SensorError
 from .fifo_reader import FifoReader, OutOfStepError
-from .mpu6050 import RESET_TIME, FetchMode, ImuReading, Mpu6050, Words, packets_of, words_of
+from .mpu6050 import RESET_TIME, ImuReading, Mpu6050, Reading, Words, packets_of, words_of
 from .mpu6050_counters import Counters
 from .packet_watch import PacketWatch
 from .sample_clock import SampleClock
@@ -74,7 +74,7 @@ class Mpu6050Reader:
         self._limit = device.settings.frozen_samples
         self.fifo = FifoReader(device, clock, monotonic, self.counters, self.with_retries)
         """Reader of the FIFO."""
-        self._read = self._read_fifo if device.settings.reading is FetchMode.FIFO else self._burst
+        self._read = self._read_fifo if device.settings.reading is Reading.FIFO else self._burst
         self.phase = Phase.STOPPED
         self.failed_attempts = 0
         """Attempts in a row to set the chip up that failed."""

@@ -15,7 +15,7 @@ from .chip_models import MPU6050, ChipModel
 from .mpu6050_registers import ACCEL_RANGES_G, GYRO_RANGES_DEG, RAW_FULL_SCALE, internal_rate
 
 
-class FetchMode(str, Enum):
+class Reading(str, Enum):
     """Way in which samples are fetched."""
 
     BURST = "burst"
@@ -57,11 +57,11 @@ class Mpu6050Settings:
                "divided by 1 + this."),
     ] = 7  # fmt: skip
     reading: Annotated[
-        FetchMode,
+        Reading,
         Meaning(
             "How samples are fetched: `burst` reads the newest at each tick, `fifo` reads all."
         ),
-    ] = FetchMode.BURST
+    ] = Reading.BURST
     poll_rate: Annotated[
         float, Bounds(1.0, 2000.0, "Hz", "Ticks; with `burst` this is the rate of the samples.")
     ] = 500.0
@@ -77,14 +77,14 @@ class Mpu6050Settings:
 
     def __post_init__(self) -> None:
         require_bounds(self)
-        object.__setattr__(self, "reading", FetchMode(self.reading))
+        object.__setattr__(self, "reading", Reading(self.reading))
         for name, allowed in (
             ("gyro_range_deg", GYRO_RANGES_DEG),
             ("accel_range_g", ACCEL_RANGES_G),
         ):
             if getattr(self, name) not in allowed:
                 raise ConfigurationError(f"{name}: {getattr(self, name)} is not one of {allowed}")
-        if self.reading is FetchMode.BURST and self.poll_rate > self.sample_rate:
+        if self.reading is Reading.BURST and self.poll_rate > self.sample_rate:
             raise ConfigurationError(
                 f"poll_rate: {self.poll_rate:g} Hz is above the chip's {self.sample_rate:g} Hz; "
                 "samples would be read twice"
@@ -99,7 +99,7 @@ class Mpu6050Settings:
     @property
     def delivered_rate(self) -> float:
         """Rate of the samples that reach the user [Hz]."""
-        return self.poll_rate if self.reading is FetchMode.BURST else self.sample_rate
+        return self.poll_rate if self.reading is Reading.BURST else self.sample_rate
 
     @property
     def gyro_range(self) -> float:
@@ -128,7 +128,7 @@ class Mpu6050Settings:
             ConfigurationError: it is read too slowly.
         """
         samples, room = self.sample_rate / self.poll_rate, model.fifo_packets
-        if self.reading is FetchMode.FIFO and samples > room:
+        if self.reading is Reading.FIFO and samples > room:
             raise ConfigurationError(
                 f"poll_rate: {self.poll_rate:g} Hz is too slow; at {self.sample_rate:g} Hz the "
                 f"{room} samples of the FIFO ({model.name}) need more than "

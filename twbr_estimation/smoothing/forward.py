@@ -39,8 +39,8 @@ from ..filters.inertial.error_state import (
     observe,
 )
 from ..filters.inertial.navigation import (
+    InertialReading,
     Navigation,
-    Reading,
     Window,
     empty_window,
     extend,
@@ -60,7 +60,7 @@ class Pass(NamedTuple):
     """State of the forward pass between two samples."""
 
     navigation: Navigation
-    last: Reading
+    last: InertialReading
     window: Window
     aiding: Aiding
     covariance: Array
@@ -131,7 +131,7 @@ def advance(
 def _compared(
     state: Pass,
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     window: Window,
     aiding: Aiding,
     sample: CorrectedSample,
@@ -185,7 +185,7 @@ def _carried(
 
 def _opened(
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     p: Array,
     f: Array,
     sample: CorrectedSample,
@@ -219,7 +219,7 @@ def _observed(
     p: Array,
     error: Array,
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     sample: CorrectedSample,
     aiding: Aiding,
     c: Coefficients,
@@ -239,7 +239,7 @@ def _observed(
 
 
 def transition_of(
-    nav: Navigation, now: Reading, window: Window, c: Coefficients, excess_kept: float
+    nav: Navigation, now: InertialReading, window: Window, c: Coefficients, excess_kept: float
 ) -> Array:
     """Return how the error vector moves over a window: the F of `propagated`.
 

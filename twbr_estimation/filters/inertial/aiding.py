@@ -24,7 +24,7 @@ from .error_state import (
     observe,
     scatter_of,
 )
-from .navigation import Navigation, Reading, gyro_saturated
+from .navigation import InertialReading, Navigation, gyro_saturated
 from .strapdown import Vector, cross, heading_of, rotated, tilt_of
 
 HOLD = 1.0
@@ -108,7 +108,7 @@ def aid(
     p: Array,
     error: Array,
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     sample: CorrectedSample,
     wheels: float,
     aiding: Aiding,
@@ -160,7 +160,7 @@ def lever_of(nav: Navigation, geometry: Geometry) -> Vector:
 
 
 def rolled_distance(
-    nav: Navigation, now: Reading, sample: CorrectedSample, geometry: Geometry
+    nav: Navigation, now: InertialReading, sample: CorrectedSample, geometry: Geometry
 ) -> float:
     """Return the distance of the sensor along the heading as the wheels tell it [m]."""
     m = now.body
@@ -174,7 +174,7 @@ def _wheel(
     p: Array,
     error: Array,
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     sample: CorrectedSample,
     slow: float,
     geometry: Geometry,
@@ -197,7 +197,7 @@ def _wheel(
     return square
 
 
-def wheel_slopes(nav: Navigation, now: Reading, geometry: Geometry) -> Slopes:
+def wheel_slopes(nav: Navigation, now: InertialReading, geometry: Geometry) -> Slopes:
     """Return how distance moved minus distance rolled depends on the error vector."""
     m = now.body
     forward, left = heading_of(m)
@@ -233,7 +233,7 @@ def begin_distance(p: Array, h: Slopes) -> None:
 
 
 def observe_side(
-    p: Array, error: Array, nav: Navigation, now: Reading, slow: float, geometry: Geometry
+    p: Array, error: Array, nav: Navigation, now: InertialReading, slow: float, geometry: Geometry
 ) -> None:
     """Two wheels on the ground do not move sideways."""
     m = now.body
@@ -251,7 +251,7 @@ def observe_room(
     p: Array,
     error: Array,
     nav: Navigation,
-    now: Reading,
+    now: InertialReading,
     wheels: float,
     slow: float,
     geometry: Geometry,

@@ -21,7 +21,7 @@ from .error_state import (
     advanced,
     fade,
 )
-from .navigation import Navigation, Reading, Window, share_kept
+from .navigation import InertialReading, Navigation, Window, share_kept
 from .parameters import Coefficients
 from .strapdown import heading_of
 
@@ -29,7 +29,7 @@ SCALE_MEMORY = 0.1
 """How long the error from the accelerometer's scale stays alike [s]."""
 
 
-def transition(nav: Navigation, now: Reading, window: Window, c: Coefficients) -> Array:
+def transition(nav: Navigation, now: InertialReading, window: Window, c: Coefficients) -> Array:
     """Return how a window moves attitude, velocity, position and distance errors.
 
     Returns:
@@ -59,7 +59,7 @@ def transition(nav: Navigation, now: Reading, window: Window, c: Coefficients) -
 
 
 def propagated(
-    covariance: Array, nav: Navigation, now: Reading, window: Window, c: Coefficients
+    covariance: Array, nav: Navigation, now: InertialReading, window: Window, c: Coefficients
 ) -> Array:
     """Return the covariance at the end of a window."""
     time, body, slip = window.time, now.body, c.geometry.slip

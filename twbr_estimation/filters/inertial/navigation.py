@@ -79,7 +79,7 @@ class Navigation(NamedTuple):
     and above; in proportion in between [m/s^2]."""
 
 
-class Reading(NamedTuple):
+class InertialReading(NamedTuple):
     """What the last sample said."""
 
     body: Matrix
@@ -124,20 +124,20 @@ def gyro_saturated(sample: CorrectedSample) -> bool:
     return sample.gyro_saturated_y > 0.0
 
 
-def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> Reading:
+def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> InertialReading:
     """Return what to remember of a sample at the attitude of `nav`."""
     return _reading(nav.attitude, nav, rate, sample)
 
 
 def _reading(
     attitude: Quaternion, nav: Navigation, rate: Vector, sample: CorrectedSample
-) -> Reading:
+) -> InertialReading:
     body, bias = matrix_of(attitude), nav.accel_bias
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     back, ahead = bend_shares(accel[0])
     forward = accel[0] - bias[0] - (back * nav.bend[0] + ahead * nav.bend[1])
     force = rotated(body, (forward, accel[1] - bias[1], accel[2] - bias[2]))
-    return Reading(body, rate, force, (sample.gyro_x, sample.gyro_y, sample.gyro_z), accel)
+    return InertialReading(body, rate, force, (sample.gyro_x, sample.gyro_y, sample.gyro_z), accel)
 
 
 def bend_shares(forward: float) -> tuple[float, float]:
@@ -158,8 +158,8 @@ def body_rate(nav: Navigation, sample: CorrectedSample) -> Vector:
 
 
 def integrate(
-    nav: Navigation, last: Reading, sample: CorrectedSample, lever: Vector, room_time: float
-) -> tuple[Navigation, Reading]:
+    nav: Navigation, last: InertialReading, sample: CorrectedSample, lever: Vector, room_time: float
+) -> tuple[Navigation, InertialReading]:
     """Move on by one sample.
 
     Args:
@@ -201,7 +201,9 @@ def integrate(
     return moved, now
 
 
-def extend(window: Window, last: Reading, now: Reading, sample: CorrectedSample) -> Window:
+def extend(
+    window: Window, last: InertialReading, now: InertialReading, sample: CorrectedSample
+) -> Window:
     """Add one sample to the window."""
     dt, force, gyro, was = sample.dt, now.force, now.gyro, last.gyro
     saturated, known = 0.0, sample.gyro_variance_y
