@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -76,6 +77,22 @@ def test_what_cannot_be_run_is_named(capsys, arguments, said):
     assert said in capsys.readouterr().err
 
 
+def await_workers(parent: subprocess.Popen[str]) -> None:
+    """Return when worker processes begin to start, the worst instant to be interrupted."""
+    until = time.monotonic() + 120.0
+    while parent.poll() is None and time.monotonic() < until:
+        for process in Path("/proc").glob("[0-9]*"):
+            try:
+                above = process.joinpath("stat").read_text().rpartition(")")[2].split()[1]
+                command = process.joinpath("cmdline").read_bytes()
+            except OSError:
+                continue  # it has ended
+            if int(above) == parent.pid and b"forkserver" in command:
+                return
+        time.sleep(0.01)
+    pytest.fail(f"no worker process was started: {parent.communicate()[1]}")
+
+
 def test_ctrl_c_ends_it_without_a_trace():
     command = [sys.executable, "-m", "twbr_estimation.cli.main", "balance", "--jobs", "2"]
     process = subprocess.Popen(
@@ -87,7 +104,7 @@ def test_ctrl_c_ends_it_without_a_trace():
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
         text=True,
     )
-    time.sleep(6.0)
+    await_workers(process)
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130

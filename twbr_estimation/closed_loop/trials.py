@@ -57,12 +57,12 @@ def run_all(
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__])
     with ProcessPoolExecutor(jobs, context) as pool:
-        with interrupts_held():
-            begun = [pool.submit(os.getpid) for _ in range(jobs)]
-            numbers = {pool.submit(run, trials[i]): i for i in range(1, len(trials))}
-            wait(begun)  # a process that is left while it starts would print a traceback
-        pending = set(numbers)
         try:
+            with interrupts_held():
+                begun = [pool.submit(os.getpid) for _ in range(jobs)]
+                numbers = {pool.submit(run, trials[i]): i for i in range(1, len(trials))}
+                wait(begun)  # a process that is left while it starts would print a traceback
+            pending = set(numbers)
             while pending:
                 finished, pending = wait(pending, _LOOK, FIRST_COMPLETED)
                 found.update({numbers[future]: future.result() for future in finished})

@@ -131,9 +131,9 @@ class LocalPool:
         with ProcessPoolExecutor(
             min(self._jobs, len(names)), self._context, _begin, (task, reports, stop)
         ) as pool:
-            with interrupts_held():
-                pending = {pool.submit(_unit, name) for name in longest_first(names)}
             try:
+                with interrupts_held():
+                    pending = {pool.submit(_unit, name) for name in longest_first(names)}
                 while pending:
                     finished, pending = wait(pending, _LOOK, FIRST_COMPLETED)
                     _drain(reports, report)
