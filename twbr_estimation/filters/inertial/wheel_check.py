@@ -38,6 +38,9 @@ RELAPSE, RELAPSE_FACTOR, LONGEST_PROOF = 20.0, 4.0, 60.0
 the last [s]."""
 PROOF = 2.0
 """A motion must exceed what counts for nothing so many times to prove anything."""
+EQUAL = 0.02
+"""Share of the fast squares below which the velocities are the same: an unsure vertical excuses a
+difference, but where there is none it is right as well."""
 FORGIVEN = 1.0
 """After a clipped sensor nothing is compared for so long [s]."""
 FIRST_STEP = 0.15
@@ -274,8 +277,8 @@ def checked(
     if moved_on.waiting > 0.0:
         return moved_on
     step = wheel_radius * moved_on.steps.size / STEP_TIME
-    nothing = SMALLEST * SMALLEST + step * step + PER_TILT * PER_TILT * unsure
-    return _judged(moved_on, rolled, nothing, dt)
+    least = SMALLEST * SMALLEST + step * step
+    return _judged(moved_on, rolled, least, least + PER_TILT * PER_TILT * unsure, dt)
 
 
 def _paused(
@@ -316,8 +319,18 @@ def _paused(
     )
 
 
-def _judged(check: WheelCheck, rolled: float, nothing: float, dt: float) -> WheelCheck:
-    """Average the squares and judge."""
+def _judged(
+    check: WheelCheck, rolled: float, least: float, nothing: float, dt: float
+) -> WheelCheck:
+    """Average the squares and judge.
+
+    Args:
+        check: averages up to the sample before.
+        rolled: velocity by the wheels [m/s].
+        least: square of a velocity that counts for nothing, where the vertical is known.
+        nothing: the same with what the vertical is unsure by.
+        dt: [s].
+    """
     difference = rolled - check.felt_smooth
     squares = (difference * difference, rolled * rolled, check.felt_smooth * check.felt_smooth)
     slow, fast = (
@@ -328,9 +341,11 @@ def _judged(check: WheelCheck, rolled: float, nothing: float, dt: float) -> Whee
     slow_share = slow[0] / (nothing + largest)
     fast_share = fast[0] / (nothing + max(fast[1], fast[2]))
     doubted, ignored, since, lasting = check.doubted, check.ignored, check.since, check.proven
+    smaller, larger = min(fast[1], fast[2]), max(fast[1], fast[2])
+    equal = fast[0] < EQUAL * (least + larger)
     if fast_share > ACQUITTED:
         lasting = 0.0
-    elif min(fast[1], fast[2]) > PROOF * PROOF * nothing:
+    elif smaller > PROOF * PROOF * (least if equal else nothing):
         lasting += dt
     if doubted == 0.0 and fast_share > DOUBTED:
         doubted = 1.0
