@@ -64,6 +64,31 @@ def test_live_equals_offline_for_every_filter(graph: Any, sensors: Any) -> None:
         np.testing.assert_allclose(live[:, 1], track.rate, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
+def test_degrees_are_published_only_while_somebody_plots_them(graph: Any, sensors: Any) -> None:
+    node = filter_in(graph, filter="accelerometer", tilt_offset=0.1)
+    sent: list[bytes] = []
+    outputs = node._outputs
+    publish = outputs._degrees.publish
+    outputs._degrees.publish = lambda data: (sent.append(data), publish(data))
+    tilts = graph.collect(Float64, "tilt")
+    graph.settle()
+    feed(graph, sensors, 0.2, tilts, first=1, count=3)
+    assert sent == []
+    degrees = graph.collect(Float64, "tilt_deg")
+    graph.settle()
+    graph.spin_until(lambda: outputs._plotted)
+    feed(graph, sensors, 0.2, tilts, first=4, count=3)
+    graph.spin_until(lambda: len(degrees) == 3)
+    assert [each.data for each in degrees] == [math.degrees(each.data) for each in tilts[3:]]
+
+
+def feed(graph: Any, sensors: Any, angle: float, tilts: list[Any], first: int, count: int) -> None:
+    """Publish corrected samples 5 ms apart and wait for their tilts."""
+    for index in range(first, first + count):
+        sensors.corrected(1_000_000_000 + index * 5_000_000, angle)
+    graph.spin_until(lambda: len(tilts) == first + count - 1)
+
+
 def test_raw_straight_in_gives_the_same_as_through_the_correction(graph: Any, sensors: Any) -> None:
     remap = ["--ros-args", "-r", "imu/data_corrected:=imu/data_raw"]
     lossless = graph.lossless("imu/data_raw", "joint_states", published=OUTPUTS)

@@ -1,6 +1,7 @@
 """`imu/data_corrected`, or `imu/data_raw` straight in, to the tilt.
 
-The filter, its parameters and the filters beside it change between two samples.
+The filter, its parameters and the filters beside it change between two samples. `tilt_deg` is
+`tilt` in degrees, for plots; it is published only while somebody subscribes to it.
 """
 
 from __future__ import annotations
@@ -164,6 +165,7 @@ class FilterNode(GuardedNode):
             for stamp, sample in self._input.flush():
                 self._filter(stamp, sample)
         self._outputs.publish_valid(fresh and self._trusted)
+        self._outputs.find_plotters()
 
     def _report(self) -> Report:
         kind = "raw" if self._input.raw else "corrected"

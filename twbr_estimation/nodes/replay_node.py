@@ -78,6 +78,7 @@ class ReplaySettings:
         "/imu/data_corrected",
         "/imu/data",
         "/tilt",
+        "/tilt_deg",
         "/tilt/compare",
         "/tilt/valid",
         "/diagnostics",

@@ -1,4 +1,4 @@
-"""Outputs of a filter node: `tilt`, `imu/data`, `tilt/compare`, `tilt/valid`, TF."""
+"""Outputs of a filter node: `tilt`, `tilt_deg`, `imu/data`, `tilt/compare`, `tilt/valid`."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ class TiltOutputs:
         """
         options = {"qos_overriding_options": overridable()}
         self._tilt = node.create_publisher(Float64, "tilt", published(), **options)
+        self._degrees = node.create_publisher(Float64, "tilt_deg", published(), **options)
+        self._plotted = False
         self._imu = node.create_publisher(Imu, "imu/data", published(), **options)
         self._compare = node.create_publisher(JointState, "tilt/compare", published(), **options)
         self._valid = node.create_publisher(Bool, "tilt/valid", latched())
@@ -43,7 +45,7 @@ class TiltOutputs:
         tilt: float,
         variance: float,
     ) -> None:
-        """Publish `tilt` first, then `imu/data`.
+        """Publish `tilt` first, then `imu/data`, then `tilt_deg` where somebody subscribes to it.
 
         Args:
             stamp: Stamp of the sample [ns].
@@ -55,6 +57,12 @@ class TiltOutputs:
         self._tilt.publish(encode_float64(tilt))
         values = imu_values(sample, estimate.tilt, variance, estimate.rate)
         self._imu.publish(self._imu_encoder.encode(stamp, values))
+        if self._plotted:
+            self._degrees.publish(encode_float64(math.degrees(tilt)))
+
+    def find_plotters(self) -> None:
+        """Note whether anybody subscribes to `tilt_deg`; costs too much for every sample."""
+        self._plotted = self._degrees.get_subscription_count() > 0
 
     def publish_comparison(self, stamp: int, estimates: Mapping[str, TiltEstimate]) -> None:
         """Publish the estimates of the filters that run beside; those not finite are left out."""
