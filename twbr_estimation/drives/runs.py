@@ -95,7 +95,29 @@ class Runs(Mapping[str, EstimateTrack]):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What a user should know before trusting figures made with these settings."""
-        return (*warnings_for(self.drive, self.entries, self.parameters), *self.drive.notes)
+        settings = warnings_for(self.drive, self.entries, self.parameters)
+        return (*settings, *self.drive.notes, *self._remarks())
+
+    def _remarks(self) -> Iterator[str]:
+        """Yield what the filters believed to be wrong with their inputs, at the end or before."""
+        for entry in self.entries:
+            state, time = self[entry.name].state, self.wheels_ignored.get(entry.name, 0.0)
+            if state is None:
+                continue
+            now = entry.remarks(state)
+            if time > 0.0 and not now:
+                now = ("the wheels contradicted the IMU: lifted, slipping or wrong",)
+            ignored = f"; wheels ignored for {time:.1f} s of the recording" if time else ""
+            yield from (f"{entry.name}: {remark}{ignored}" for remark in now)
+
+    @cached_property
+    def wheels_ignored(self) -> dict[str, float]:
+        """Time for which wheels were ignored [s], by name of each filter that checks them."""
+        return {
+            entry.name: float(entry.wheels_ignored(self[entry.name].state))
+            for entry in self.entries
+            if entry.wheels_ignored is not None and self[entry.name].state is not None
+        }
 
     @cached_property
     def trusted(self) -> dict[str, float]:
@@ -124,6 +146,7 @@ class Runs(Mapping[str, EstimateTrack]):
         chosen = self.compared.options if options is None else options
         shared = self.compared.association if options is None else None
         score = score_recording(self.recording, self.tracks, chosen, self.warnings, shared)
+        score = replace(score, wheels_ignored_s=self.wheels_ignored)
         if self.smoothed is None:
             return score
         score = replace(score, smoothed_deviation_deg=math.degrees(self.smoothed.deviation))

@@ -47,6 +47,11 @@ def _parameters_as_coefficients(parameters: Any, robot: Robot) -> Any:
     return parameters
 
 
+def _no_remarks(state: Any) -> tuple[str, ...]:
+    del state
+    return ()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Filter(Definition):
     """The complete definition of a filter; everything else is derived from it."""
@@ -67,6 +72,10 @@ class Filter(Definition):
     """True where `step` reads the wheels itself, beyond the corrected angle."""
     uses_motors: bool = False
     """True where `step` reads the motors' voltage."""
+    remarks: Callable[[Any], tuple[str, ...]] = _no_remarks
+    """remarks(state): sentences about what the filter believes to be wrong with its inputs now."""
+    wheels_ignored: Callable[[Any], float] | None = None
+    """wheels_ignored(state): time for which it ignored its wheels [s]; None where it never does."""
     limits: Mapping[str, str] = field(default_factory=dict)
     """Exceptions from the contract, by clause, with the reason."""
 

@@ -103,6 +103,7 @@ from .inertial.wheel_check import (
     restarted,
     trustworthy,
 )
+from .inertial.wheel_remarks import wheel_remarks
 
 PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
@@ -516,4 +517,6 @@ FILTER = Filter(
     step=step,
     derive=derive,
     uses_wheels=True,
+    remarks=lambda state: wheel_remarks(state.check),
+    wheels_ignored=lambda state: state.check.total,
 )

@@ -174,6 +174,7 @@ class FilterNode(GuardedNode):
         counted = self._stream.counts()
         newly_lost, self._lost = counted["lost_samples"] - self._lost, counted["lost_samples"]
         values = {**chosen, "period_s": period, **self._counts, **counted, **self._input.counts()}
+        values["wheels_ignored_s"] = round(self._stream.wheels_ignored(), 1)
         if not self._watchdog.started:
             return Report(Level.WARN, self._waiting(), values)
         if not self._watchdog.fresh:
@@ -183,9 +184,11 @@ class FilterNode(GuardedNode):
             return Report(Level.ERROR, "; ".join(self._checks.untrusted), values)
         if not self._trusted:
             lost = f"; {newly_lost} samples lost or late" if newly_lost else ""
-            return Report(Level.WARN, f"{self._stream.distrust()}{lost}", values)
+            why = "; ".join((self._stream.distrust(), *self._stream.remarks()))
+            return Report(Level.WARN, f"{why}{lost}", values)
         warnings = [
             f"{newly_lost} samples lost or late" if newly_lost else "",
+            *self._stream.remarks(),
             *self._stream.warnings(period),
             *self._checks.doubts,
             self._transform.problem,

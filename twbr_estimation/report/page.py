@@ -146,6 +146,8 @@ def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
     wheels = recording.wheels
     encoders = 0 if wheels is None else wheels.angle.shape[1]
     yield "wheel encoders", str(encoders) if encoders else "none"
+    for name, time in report.runs.wheels_ignored.items():
+        yield "wheels ignored", f"{time:.1f} s by {name}"
     yield "reference", report.reference
     if recording.reference is not None:
         yield "rms tilt", f"{np.degrees(np.std(recording.reference.tilt)):.2f} deg"

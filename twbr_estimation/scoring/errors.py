@@ -79,6 +79,8 @@ class RecordingScore:
     """Warnings about these figures."""
     reference: str = "encoder"
     """Reference of the errors: the encoder, or SMOOTHED where the recording has none."""
+    wheels_ignored_s: Mapping[str, float] = field(default_factory=dict)
+    """Time for which wheels were ignored [s], by name of each filter that checks them."""
     smoothed_deviation_deg: float | None = None
     """Stated uncertainty of the smoothed tilt, rms [deg]; None without one."""
 

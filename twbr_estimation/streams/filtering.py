@@ -146,6 +146,16 @@ class FilterStream:
             "filter_restarts": self._active.restarts,
         }
 
+    def remarks(self) -> tuple[str, ...]:
+        """Return what the active filter believes to be wrong with its inputs."""
+        state = self._active.state
+        return () if state is None else self._active.entry.remarks(state)
+
+    def wheels_ignored(self) -> float:
+        """Return for how long the active filter has ignored its wheels [s]."""
+        state, ignored = self._active.state, self._active.entry.wheels_ignored
+        return 0.0 if state is None or ignored is None else ignored(state)
+
     def period(self) -> float:
         """Return the mean sampling period since the last call [s]; 0 without samples."""
         mean = self._elapsed / self._steps if self._steps else 0.0
