@@ -108,6 +108,20 @@ def test_a_simulation_starts_the_whole_robot() -> None:
     assert started(path, lockstep="true", world="W4", filter="ins_odometer") == whole
 
 
+def test_a_display_describes_the_robot_and_opens_rviz_on_demand(tmp_path: Path) -> None:
+    path = FOLDER / "display.launch.py"
+    assert started(path) == ["robot_state_publisher", "rviz2"]
+    assert started(path, rviz="false") == ["robot_state_publisher"]
+    robot = tmp_path / "robot.yaml"
+    robot.write_text("/**: {ros__parameters: {robot: {lever_arm: [0.0, 0.0, 0.321]}}}\n")
+    module = load(path)
+    given = {each.name: "" for each in module.ARGUMENTS}
+    given |= {"config": str(robot), "base_frame": "base", "imu_frame": "imu"}
+    given |= {"left_wheel_joint": "l_joint", "right_wheel_joint": "r_joint"}
+    text = module.document(given)
+    assert 'xyz="0 0 0.321"' in text and 'name="imu"' in text and 'name="r_joint"' in text
+
+
 def test_the_simulation_tells_what_an_estimator_may_know() -> None:
     known = load(FOLDER / "simulation.launch.py").told("W4", 3)
     assert known["robot.track_width"] == 0.16 and known["robot.lever_arm"] == (0.0, 0.0, 0.135)
