@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
+
+import pytest
 
 import twbr_estimation
 
@@ -37,3 +41,21 @@ def test_ros_and_python_name_the_same_version() -> None:
     assert package.findtext("name") == "twbr_estimation"
     assert package.findtext("version") == twbr_estimation.__version__
     assert (ROOT / "resource" / "twbr_estimation").is_file()
+
+
+def test_nodes_need_nothing_that_only_pip_has() -> None:
+    """`rosdep install -t exec` brings apt packages only, and they are enough for every node."""
+    package = ET.parse(ROOT / "package.xml").getroot()
+    needed = [each.text or "" for each in package.iter("exec_depend")]
+    assert not [key for key in needed if key.endswith("-pip") or key == "mcap-ros2-support"]
+    program = (
+        "import sys, importlib\n"
+        "for name in ('mcap', 'rosbags', 'zstandard', 'lz4', 'cobs', 'nicegui'):\n"
+        "    sys.modules[name] = None\n"
+        "for name in sys.argv[1:]:\n"
+        "    importlib.import_module(f'twbr_estimation.nodes.{name}')\n"
+    )
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    nodes = [path.stem for path in (ROOT / "twbr_estimation" / "nodes").glob("*_node.py")]
+    command = [sys.executable, "-c", program, *nodes]
+    subprocess.run(command, check=True, cwd=ROOT, timeout=120)

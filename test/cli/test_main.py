@@ -53,6 +53,16 @@ def test_every_file_of_the_folder_is_a_verb(capsys):
         assert re.search(rf"^    {verb}\s+\w", printed, re.MULTILINE), f"{verb} has no summary"
 
 
+def test_a_package_that_is_missing_is_named(failing_verb, capsys):
+    failing_verb(ModuleNotFoundError("No module named 'mcap'", name="mcap"))
+    assert cli.main(["fail"]) == 1
+    error = capsys.readouterr().err
+    assert "mcap is missing" in error and "pip install" in error
+    failing_verb(ModuleNotFoundError("No module named ...", name="twbr_estimation.missing"))
+    with pytest.raises(ModuleNotFoundError):
+        cli.main(["fail"])
+
+
 def test_help_imports_no_verb():
     program = "import sys; from twbr_estimation.cli.main import parser; parser().format_help(); "
     program += "print(*{name.partition('.')[0] for name in sys.modules})"

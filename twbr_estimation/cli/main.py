@@ -28,6 +28,8 @@ BROKEN_PIPE = 141
 """Exit status when the reader of our output went away: 128 + SIGPIPE."""
 GARBAGE_THRESHOLD = 200_000
 """Objects between two collections: at Python's 700 they take a fifth of a short command's time."""
+PACKAGE = "twbr_estimation"
+REPAIR = "install it, or all that recordings need: pip install mcap rosbags zstandard lz4"
 _NO_VERBS = ("arguments", "main", "terminal")
 
 
@@ -73,6 +75,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from .arguments import in_flags
 
         print(f"twbr: error: {in_flags(str(error))}", file=sys.stderr)
+        return 1
+    except ModuleNotFoundError as error:
+        missing = (error.name or "").partition(".")[0]
+        if missing == PACKAGE:
+            raise
+        print(f"twbr: error: the Python package {missing} is missing: {REPAIR}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED

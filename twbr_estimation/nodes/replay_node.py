@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -22,7 +22,6 @@ from rclpy.exceptions import InvalidTopicNameException
 from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import Trigger
 
-from ..bags.playback import read_playback
 from ..errors import ConfigurationError, TwbrError
 from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
@@ -35,6 +34,9 @@ from .message_types import has_header, message_type
 from .parameters import NodeParameters
 from .qos import overridable, published
 from .spin import run
+
+if TYPE_CHECKING:  # only pip has what reads recordings
+    from ..bags.playback import Playback
 
 CHANGEABLE = ("rate", "loop")
 """Parameters that can change while it plays."""
@@ -160,7 +162,7 @@ class ReplayNode(GuardedNode):
         self.player.set_rate(settings.rate)
 
     def _make_player(self, settings: ReplaySettings) -> Player:
-        playback = read_playback(Path(settings.bag), frozenset(settings.exclude))
+        playback = _read(Path(settings.bag), frozenset(settings.exclude))
         for repair, count in playback.repairs.items():
             self.get_logger().warning(f"{settings.bag}: {repair}: {count}")
         for topic, kind in playback.types.items():
@@ -349,6 +351,22 @@ class ReplayNode(GuardedNode):
         self.player.stop()
         self._thread.join(timeout=FLUSH_LIMIT)
         super().destroy_node()
+
+
+def _read(path: Path, excluded: frozenset[str]) -> Playback:
+    """Return the messages of a recording.
+
+    Raises:
+        TwbrError: it cannot be read, or a Python package is missing that apt does not have.
+    """
+    try:
+        from ..bags.playback import read_playback
+    except ModuleNotFoundError as error:
+        missing = (error.name or "").partition(".")[0]
+        raise ConfigurationError(
+            f"recordings need mcap ({missing} is missing): pip install mcap zstandard lz4"
+        ) from None
+    return read_playback(path, excluded)
 
 
 def main(arguments: list[str] | None = None) -> int:
