@@ -173,7 +173,7 @@ def test_covariance_stays_a_covariance() -> None:
 
 
 def test_learns_the_gain_of_the_gyro() -> None:
-    """At 5 ms the jumps of the controller fall onto the samples, which costs .01 of gain."""
+    """At 5 ms the jumps of the controller fall onto the samples, which costs 0.01 of gain."""
     errors = []
     for seed in UNSEEN:
         track, setup, _ = drive("W1", seed, 0.002)
