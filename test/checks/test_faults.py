@@ -78,6 +78,43 @@ def counted_in_16_bit(angle: np.ndarray) -> np.ndarray:
     return ((np.round(angle / step) + 32768) % 65536 - 32768) * step
 
 
+def quantised(angle: np.ndarray, counts: int) -> np.ndarray:
+    step = 2.0 * np.pi / counts
+    return np.floor(angle / step) * step
+
+
+def noisy(angle: np.ndarray) -> np.ndarray:
+    return angle + 0.1 * np.random.default_rng(5).standard_normal(angle.shape)
+
+
+def spiky(angle: np.ndarray) -> np.ndarray:
+    spikes = angle.copy()
+    for begin in range(100, angle.shape[0] - 2, 217):
+        spikes[begin : begin + 2] += 3.0 * begin
+    return spikes
+
+
+def carried(angle: np.ndarray) -> np.ndarray:
+    """Return wheels that stand still for 8 s of the drive."""
+    held = angle.copy()
+    held[2000:3600] = angle[2000]
+    held[3600:] += angle[2000] - angle[3599]
+    return held
+
+
+def turned(angle: float) -> Callable[[Simulated], Faulty]:
+    """Return a fault: the IMU sits turned about the vertical, and nobody says so."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    seen = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+    def faulty(drive: Simulated) -> Faulty:
+        recording, setup = gyro(lambda v: v @ seen.T)(drive)
+        imu = replace(recording.imu, accel=recording.imu.accel @ seen.T)
+        return replace(recording, imu=imu), setup
+
+    return faulty
+
+
 def stuck(sensor: str, axis: int, value: float | None = None) -> Callable[[Simulated], Faulty]:
     def faulty(drive: Simulated) -> Faulty:
         imu = drive.recording.imu
@@ -119,6 +156,12 @@ CASES = {
     "right wheel mirrored": (wheels(lambda a: a * [1.0, -1.0]), "wheels sign", None),
     "left wheel dead": (wheels(lambda a: a * [0.0, 1.0]), "wheels dead", None),
     "both wheels dead": (wheels(lambda a: 0.0 * a), "wheels dead", None),
+    "left wheel in degrees": (wheels(lambda a: a * [180 / np.pi, 1.0]), "wheels scale", 57.3),
+    "right wheel counted four times": (wheels(lambda a: a * [1.0, 4.0]), "wheels scale", 4.0),
+    "wheels noisy": (wheels(noisy), "wheels noise", 5.0),
+    "wheels of 24 counts": (wheels(lambda a: quantised(a, 24)), "wheels resolution", 0.262),
+    "wheels with spikes": (wheels(spiky), "wheels jumps", None),
+    "wheels at rest while carried": (wheels(carried), "wheels rolling", None),
     "wheels late": (wheels(lambda a: a, late=0.2), "wheels clock", 0.2),
     "wheels early": (wheels(lambda a: a, late=-0.1), "wheels clock", -0.1),
     "wheels of another clock": (wheels(lambda a: a, late=1e9), "wheels clock", 1e9),
@@ -179,6 +222,45 @@ def test_a_suggestion_mends_what_it_is_for(drive: Simulated) -> None:
     assert value == pytest.approx(drive.true_setup.robot.wheel_radius, rel=0.1)
     mended = replace(setup, robot=replace(setup.robot, wheel_radius=value))
     assert faults(recording, mended) == {}
+
+
+@pytest.mark.parametrize("degrees", [90, 180, -90])
+@pytest.mark.parametrize("with_reference", [True, False])
+def test_a_sensor_turned_about_the_vertical_is_named(
+    drive: Simulated, degrees: int, with_reference: bool
+) -> None:
+    recording, setup = turned(np.radians(degrees))(drive)
+    found = faults(recording if with_reference else replace(recording, reference=None), setup)
+    assert "wheels sign" not in found
+    mounting = found["IMU mounting"].value
+    expected = np.remainder(np.radians(degrees), 2.0 * np.pi)
+    assert np.remainder(mounting, 2.0 * np.pi) == pytest.approx([0.0, 0.0, expected], abs=1e-3)
+
+
+def test_without_turns_and_reference_a_turned_sensor_is_one_of_two_causes() -> None:
+    drive = simulate("W1", 0.005, 30.0, 304)
+    recording, setup = turned(np.pi)(drive)
+    (found,) = faults(replace(recording, reference=None), setup).values()
+    assert "turned by 180 deg" in found.text and "`signs`" in found.text
+    assert "IMU mounting" in faults(recording, setup)
+
+
+def test_spikes_are_not_a_counter_that_wraps(drive: Simulated) -> None:
+    assert "spikes" in faults(*wheels(spiky)(drive))["wheels jumps"].text
+    assert "wraps" in faults(*wheels(counted_in_16_bit)(drive))["wheels jumps"].text
+
+
+def test_a_part_in_which_the_robot_is_carried_is_named_with_its_time(drive: Simulated) -> None:
+    found = faults(*wheels(carried)(drive))["wheels rolling"]
+    assert found.severity is Severity.WARN and "from 10 s to 18 s" in found.text
+
+
+@pytest.mark.parametrize("world", ["W1", "W2", "W3", "W4"])
+@pytest.mark.parametrize("seed", [311, 312, 313])
+def test_nothing_is_found_in_honest_drives(world: str, seed: int) -> None:
+    drive = simulate(world, 0.01, 30.0, seed)
+    assert faults(drive.recording, drive.setup) == {}
+    assert faults(replace(drive.recording, reference=None), drive.setup) == {}
 
 
 def test_one_mirrored_wheel_is_named(drive: Simulated) -> None:

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from ..recording import WheelTrack
 from ..robot import EncoderPlacement, Robot
 from ..samples import STANDARD_GRAVITY
-from .causes import Cause, as_configured, causes
+from .causes import Cause, as_configured, causes, largest_signal
+from .choice import Known, likeliest
 from .delays import wheel_delay
 from .diagnosis import diagnosis
 from .evidence import Part
 from .finding import Finding, Severity, passed
-from .rows import Rows, predicted, rows_of, spread
+from .reference import gyro_is_right
+from .resolution import acceleration_noise
+from .rows import Rows, rows_of, spread
+from .signs import undecided, without_wheels
+from .stretches import stretches
+from .turning import sides_agree
 
 EXPLAINED = 0.6
 """A cause is believed if it leaves at most this share of the contradiction."""
 AGREEING = 0.15
 """What remains below this share of the signals is no contradiction."""
-CLEARLY = 0.8
-"""A delay is believed if it leaves at most this share of what the best other cause leaves."""
-FIXED = ("lever arm", "left wheel wrong", "right wheel wrong")
-"""Causes whose ratio may be 0."""
 PLACED = 0.75
 """The other placement of the encoder is believed if it leaves at most this share."""
 PLACEMENTS = tuple(each.value for each in EncoderPlacement)
@@ -30,68 +34,93 @@ LEAST_FORCE = 0.03
 """Signals below this are too small to compare [m/s^2]."""
 UNEXPLAINED = 0.8
 """A contradiction above this share of the signals, which no cause explains, is worth a warning."""
+ABOVE_NOISE = 2.0
+"""Wheels are compared where their signal is this many times the noise of their readings."""
 
 
-def agreement(parts: Sequence[Part], robot: Robot) -> Iterator[Finding]:
-    """Yield what the comparison of wheels and IMU shows; one cause at most."""
+def agreement(parts: Sequence[Part], robot: Robot, track: WheelTrack | None) -> Iterator[Finding]:
+    """Yield what the comparison of wheels and IMU shows; one cause at most.
+
+    Args:
+        parts: stretches of the recording.
+        robot: as configured.
+        track: readings of the wheels.
+    """
     rows = rows_of(parts)
-    if rows is None or rows.wheels is None:
+    if rows is None or rows.wheels is None or track is None:
         yield _skipped("no wheels, or no stretch of 6 s with both")
+        if rows is not None:
+            yield from without_wheels(rows)
         return
-    if _still(rows):
-        yield _skipped("too little motion")
+    noise = robot.wheel_radius * acceleration_noise(track)
+    if reason := _not_comparable(rows, robot, noise):
+        yield _skipped(reason)
         return
-    left = as_configured(rows, robot)
-    text = f"gyro, accelerometer and wheels agree; {left:.2g} m/s^2 remain"
-    agree = passed("wheels", "motion", text)
-    if left < AGREEING * _size(rows, robot):
-        yield agree
-        return
-    finding = _explained(rows, parts, robot, left)
-    unexplained = left > UNEXPLAINED * _size(rows, robot)
-    yield finding or (_unexplained(left, rows) if unexplained else agree)
-
-
-def _explained(rows: Rows, parts: Sequence[Part], robot: Robot, left: float) -> Finding | None:
-    """Return what the likeliest cause means; None where none is believed, or all is well."""
-    known = list(causes(rows, robot))
-    best = _likeliest(known, wheel_delay(parts, robot))
-    finding = diagnosis(best, robot) if best.misfit <= EXPLAINED * left else None
+    known = Known(gyro_is_right(rows), sides_agree(rows))
+    configured = as_configured(rows, robot)
+    finding, share = None, configured.left()
+    if share > AGREEING and configured.misfit > ABOVE_NOISE * noise:
+        finding = _explained(rows, parts, robot, configured, known)
+        if finding is None and share > UNEXPLAINED:
+            finding = _unexplained(configured, rows)
     if finding is not None:
-        return finding
-    placement = next(each for each in known if each.name in PLACEMENTS)
-    return diagnosis(placement, robot) if placement.misfit <= PLACED * left else None
+        yield finding
+        return
+    text = f"gyro, accelerometer and wheels agree; {configured.misfit:.2g} m/s^2 remain"
+    yield passed("wheels", "motion", text)
+    yield from stretches(rows, robot)
+    yield from undecided(rows, robot, known, max(configured.misfit, noise))
 
 
-def _still(rows: Rows) -> bool:
+def _explained(
+    rows: Rows, parts: Sequence[Part], robot: Robot, configured: Cause, known: Known
+) -> Finding | None:
+    """Return what the likeliest cause means; None where none is believed, or all is well."""
+    found = list(causes(rows, robot))
+    choice = likeliest(found, wheel_delay(parts, robot), rows, robot, known)
+    if choice.left <= EXPLAINED * configured.left(largest_signal(rows, robot)):
+        finding = diagnosis(choice.best, robot, known)
+        other = None if choice.other is None else diagnosis(choice.other, robot, known)
+        if finding is not None:
+            return finding if other is None else _or(finding, other)
+    placement = next(each for each in found if each.name in PLACEMENTS)
+    if placement.misfit <= PLACED * configured.misfit:
+        return diagnosis(placement, robot, known)
+    return None
+
+
+def _not_comparable(rows: Rows, robot: Robot, noise: float) -> str:
+    """Return why the motion cannot be compared; empty where it can."""
+    assert rows.wheels is not None
     tilting = max(spread(column) for column in rows.turn.T) * STANDARD_GRAVITY
-    return tilting < LEAST_FORCE or rows.wheels is None or not np.any(rows.wheels)
+    shown = max(spread(column) for column in robot.wheel_radius * rows.wheels.T)
+    if not np.any(rows.wheels) or max(tilting, shown) < LEAST_FORCE:
+        return "too little motion"
+    if shown < ABOVE_NOISE * noise and tilting < ABOVE_NOISE * noise:
+        return (
+            f"the steps or the noise of the wheels' readings, {noise:.2g} m/s^2, hide the motion, "
+            f"{tilting:.2g} m/s^2"
+        )
+    return ""
 
 
-def _size(rows: Rows, robot: Robot) -> float:
-    """Return the size of the signals that should cancel [m/s^2]."""
-    gyro, wheels = predicted(rows, robot)
-    return max(spread(rows.force[:, 0]), min(spread(gyro), spread(wheels)))
-
-
-def _likeliest(known: Sequence[Cause], delayed: Cause) -> Cause:
-    """Return the cause that leaves least; a delay mimics a sign where the motion is a sine."""
-    believed = (each for each in known if each.name in FIXED or each.believable)
-    # A mirrored wheel is left out as well as it is turned round; the simpler fault wins.
-    scaled = min(believed, key=lambda each: each.misfit * (1.3 if "wrong" in each.name else 1.0))
-    return delayed if delayed.misfit < CLEARLY * scaled.misfit else scaled
+def _or(finding: Finding, other: Finding) -> Finding:
+    """Return a finding that names another one, from which the motion does not tell it."""
+    text = f"{finding.text}. The motion does not tell this from: {other.sentence}"
+    return replace(finding, text=text)
 
 
 def _skipped(why: str) -> Finding:
     return Finding(Severity.SKIP, "wheels", "motion", f"not compared with the IMU: {why}")
 
 
-def _unexplained(left: float, rows: Rows) -> Finding:
+def _unexplained(left: Cause, rows: Rows) -> Finding:
     return Finding(
         Severity.WARN,
         "wheels",
         "motion",
-        f"wheels and IMU contradict each other by {left:.2g} m/s^2 where the accelerometer shows "
-        f"{spread(rows.force[:, 0]):.2g} m/s^2, and no single cause explains it: the wheels slip, "
-        "the robot is carried, or several things are wrong",
+        f"wheels and IMU contradict each other by {left.misfit:.2g} m/s^2 where the accelerometer "
+        f"shows {spread(rows.force[:, 0]):.2g} m/s^2, and no single cause explains it: the wheels "
+        "slip, the robot is carried, or several things are wrong",
+        left.left(),
     )

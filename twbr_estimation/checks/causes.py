@@ -8,7 +8,9 @@ not be told apart; one can.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +35,20 @@ class Cause(NamedTuple):
     """Standard error of the ratio."""
     misfit: float
     """What it leaves, robust standard deviation [m/s^2]."""
+    size: float = 1.0
+    """Size of the signals that cancel if it is right [m/s^2]."""
+
+    def left(self, most: float = math.inf) -> float:
+        """Return what it leaves as a share of the signals.
+
+        A factor that makes every signal small explains a contradiction only seemingly.
+
+        Args:
+            most: size of the largest signal as configured [m/s^2]; a cause gains nothing by
+                making signals larger.
+        """
+        size = min(self.size, most)
+        return self.misfit / size if size > 0.0 else math.inf
 
     @property
     def believable(self) -> bool:
@@ -40,84 +56,123 @@ class Cause(NamedTuple):
         return self.ratio != 0.0 and self.error < LARGEST_ERROR * abs(self.ratio)
 
 
-def as_configured(rows: Rows, robot: Robot) -> float:
-    """Return what the configuration leaves, robust standard deviation [m/s^2]."""
+def as_configured(rows: Rows, robot: Robot) -> Cause:
+    """Return what the configuration leaves."""
     gyro, wheels = predicted(rows, robot)
-    return spread(rows.force[:, 0] - gyro - wheels)
+    return _exact("as configured", rows.force[:, 0], gyro, wheels)
+
+
+def largest_signal(rows: Rows, robot: Robot) -> float:
+    """Return the size of the largest signal as configured [m/s^2]."""
+    return max(spread(each) for each in (rows.force[:, 0], *predicted(rows, robot)))
 
 
 def causes(rows: Rows, robot: Robot) -> Iterator[Cause]:
     """Yield every cause that the rows can tell."""
-    force, blocks = rows.force[:, 0], rows.blocks
+    force = rows.force[:, 0]
     gyro, wheels = predicted(rows, robot)
-    yield _cause("gyro", force - wheels, gyro, blocks)
-    yield _scaled_force("accelerometer", force, gyro + wheels, blocks)
+    yield _scaled("gyro", rows, force, gyro, wheels)
+    yield _scaled_force("accelerometer", rows, force, gyro, wheels)
     yield from _other_axes(rows, robot, wheels)
+    yield from _turned(rows, robot)
     if rows.wheels is not None:
-        yield _cause("wheels", force - gyro, wheels, blocks)
+        yield _scaled("wheels", rows, force, wheels, gyro)
         yield from _lengths(rows, robot)
         yield _other_placement(rows, robot)
         if rows.wheels.shape[1] == 2:
             yield from _single_wheels(rows, robot, gyro)
 
 
-def _cause(name: str, target: FloatArray, term: FloatArray, blocks: FloatArray) -> Cause:
+def _size(force: FloatArray, gyro: FloatArray, wheels: FloatArray) -> float:
+    """Return the size of signals of which force = gyro + wheels [m/s^2]."""
+    return max(spread(force), min(spread(gyro), spread(wheels)))
+
+
+def _exact(
+    name: str, force: FloatArray, gyro: FloatArray, wheels: FloatArray, ratio: float = 1.0
+) -> Cause:
+    """Return a cause without an unknown."""
+    return Cause(name, ratio, 0.0, spread(force - gyro - wheels), _size(force, gyro, wheels))
+
+
+def _scaled(
+    name: str, rows: Rows, force: FloatArray, term: FloatArray, others: FloatArray
+) -> Cause:
+    """Return the factor on one term where the others are right."""
     if not np.any(term):
         return Cause(name, 0.0, np.inf, np.inf)
-    fit = regress(term[:, None], target, blocks)
-    return Cause(name, float(fit.values[0]), float(fit.errors[0]), fit.deviation)
+    fit = regress(term[:, None], force - others, rows.blocks)
+    ratio = float(fit.values[0])
+    size = _size(force, ratio * term, others)
+    return Cause(name, ratio, float(fit.errors[0]), fit.deviation, size)
 
 
-def _scaled_force(name: str, force: FloatArray, wanted: FloatArray, blocks: FloatArray) -> Cause:
+def _scaled_force(
+    name: str, rows: Rows, force: FloatArray, gyro: FloatArray, wheels: FloatArray
+) -> Cause:
     """Return the factor on the accelerometer; its misfit counts in true units, as all others."""
-    fit = _cause(name, force, wanted, blocks)
-    if fit.ratio == 0.0:
+    wanted = gyro + wheels
+    if not np.any(wanted):
         return Cause(name, 0.0, np.inf, np.inf)
-    scale = 1.0 / fit.ratio
-    return Cause(name, scale, fit.error * scale**2, fit.misfit * abs(scale))
+    fit = regress(wanted[:, None], force, rows.blocks)
+    if fit.values[0] == 0.0:
+        return Cause(name, 0.0, np.inf, np.inf)
+    scale = 1.0 / float(fit.values[0])
+    size = _size(scale * force, gyro, wheels)
+    error = float(fit.errors[0]) * scale**2
+    return Cause(name, scale, error, fit.deviation * abs(scale), size)
 
 
 def _other_axes(rows: Rows, robot: Robot, wheels: FloatArray) -> Iterator[Cause]:
     """Yield the gyro's and the accelerometer's other axes in the place of the right ones."""
-    force, blocks = rows.force[:, 0], rows.blocks
     for axis, name in ((0, "x"), (2, "z")):
         gyro, _ = predicted(rows, robot, axis)
-        yield _cause(f"gyro axis {name}", force - wheels, gyro, blocks)
+        yield _scaled(f"gyro axis {name}", rows, rows.force[:, 0], gyro, wheels)
     gyro, _ = predicted(rows, robot)
     for axis, name in ((1, "y"), (2, "z")):
-        wanted = gyro + wheels
-        yield _scaled_force(f"accelerometer axis {name}", rows.force[:, axis], wanted, blocks)
+        force = rows.force[:, axis]
+        yield _scaled_force(f"accelerometer axis {name}", rows, force, gyro, wheels)
+
+
+def _turned(rows: Rows, robot: Robot) -> Iterator[Cause]:
+    """Yield a sensor that sits turned about the vertical by quarters."""
+    _, wheels = predicted(rows, robot)
+    for quarters in (1, 2, 3):
+        cosine, sine = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarters]
+        across, _ = predicted(rows, robot, 0)
+        along, _ = predicted(rows, robot)
+        force = cosine * rows.force[:, 0] - sine * rows.force[:, 1]
+        yield _exact(f"turned {90 * quarters}", force, sine * across + cosine * along, wheels)
 
 
 def _lengths(rows: Rows, robot: Robot) -> Iterator[Cause]:
-    force, blocks, placed = rows.force[:, 0], rows.blocks, on_body(robot)
+    force, placed = rows.force[:, 0], on_body(robot)
     assert rows.wheels is not None
     turning = rows.turning[:, 1]
     gravity = -STANDARD_GRAVITY * rows.turn[:, 1]
     rolled = robot.wheel_radius * (rows.wheels.mean(axis=1) + placed * turning)
     lifted = robot.lever_arm[2] * turning
-    yield _cause("wheel radius", force - gravity - lifted, rolled, blocks)
-    arm = _cause("lever arm", force - gravity - rolled, turning, blocks)
-    yield arm  # its ratio is a length [m], since the configured one may be 0
+    yield _scaled("wheel radius", rows, force, rolled, gravity + lifted)
+    arm = _scaled("lever arm", rows, force, turning, gravity + rolled)
+    # Its ratio is a length [m], since the configured one may be 0.
+    yield arm._replace(size=_size(force, gravity + arm.ratio * turning, rolled))
 
 
 def _other_placement(rows: Rows, robot: Robot) -> Cause:
     placed = robot.encoder_placement is EncoderPlacement.BODY
     other = EncoderPlacement.GROUND if placed else EncoderPlacement.BODY
-    assert rows.wheels is not None
-    gravity = -STANDARD_GRAVITY * rows.turn[:, 1]
-    turning = rows.turning[:, 1]
-    body = 0.0 if placed else 1.0
-    rolled = robot.wheel_radius * (rows.wheels.mean(axis=1) + body * turning)
-    wanted = gravity + rolled + robot.lever_arm[2] * turning
-    return Cause(other.value, 1.0, 0.0, spread(rows.force[:, 0] - wanted))
+    gyro, wheels = predicted(rows, replace(robot, encoder_placement=other))
+    return _exact(other.value, rows.force[:, 0], gyro, wheels)
 
 
 def _single_wheels(rows: Rows, robot: Robot, gyro: FloatArray) -> Iterator[Cause]:
-    """Yield one wheel counted backward, and one wheel that shows nothing."""
+    """Yield one wheel counted backward, in another unit, or that shows nothing."""
     assert rows.wheels is not None
     left, right = robot.wheel_radius * rows.wheels.T
-    target = rows.force[:, 0] - gyro
+    force = rows.force[:, 0]
     for name, other, own in (("left wheel", right, left), ("right wheel", left, right)):
-        yield Cause(f"{name} reversed", -1.0, 0.0, spread(target - 0.5 * (other - own)))
-        yield Cause(f"{name} wrong", 0.0, 0.0, spread(target - other))
+        yield _exact(f"{name} reversed", force, gyro, 0.5 * (other - own), -1.0)
+        yield _exact(f"{name} wrong", force, gyro, other, 0.0)
+        scaled = _scaled(f"{name} scaled", rows, force, 0.5 * own, gyro + 0.5 * other)
+        size = _size(force, gyro, 0.5 * (scaled.ratio * own + other))
+        yield scaled._replace(size=size)

@@ -13,6 +13,7 @@ from .finding import Finding, Severity
 from .gravity import gravity
 from .readings import DEAD, readings
 from .reference import reference
+from .resolution import resolution
 from .rest import rest
 from .timing import timing
 from .turning import turning
@@ -43,6 +44,7 @@ def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
     yield from rest(recording, setup)
     yield from encoders
     yield from motion
+    yield from resolution(recording.wheels, [*encoders, *motion])
     yield from turning(parts, [*dead, *upright, *encoders, *motion])
     yield from reference(recording, parts, [*dead, *upright, *motion])
 
@@ -64,7 +66,7 @@ def _motion(
         return []
     if recording.wheels is not None and dead_wheels(recording.wheels):
         return []
-    return list(agreement(parts, robot))
+    return list(agreement(parts, robot, recording.wheels))
 
 
 def _same_cause(finding: Finding, others: Sequence[Finding]) -> bool:

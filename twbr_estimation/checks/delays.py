@@ -25,7 +25,8 @@ def wheel_delay(parts: Sequence[Part], robot: Robot) -> Cause:
         for part in parts
         if part.wheels is not None and np.isfinite(part.wheels).all(axis=1).mean() > LEAST_SHARE
     ]
-    return _best("wheel clock", pairs)
+    size = min((_smaller(wanted, rolled, step) for wanted, rolled, step in pairs), default=1.0)
+    return _best("wheel clock", pairs)._replace(size=size)
 
 
 def reference_delay(parts: Sequence[Part]) -> Cause:
@@ -36,6 +37,13 @@ def reference_delay(parts: Sequence[Part]) -> Cause:
         if part.reference is not None and np.isfinite(part.reference).mean() > LEAST_SHARE
     ]
     return _best("reference clock", pairs)
+
+
+def _smaller(wanted: FloatArray, rolled: FloatArray, step: float) -> float:
+    """Return the size of the smaller of two signals [m/s^2]."""
+    inside = clear_of_ends(wanted.size, step)
+    known = np.isfinite(wanted[inside] + rolled[inside])
+    return min(spread(each[inside][known]) for each in (wanted, rolled))
 
 
 def _wanted(part: Part, robot: Robot) -> FloatArray:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from ..robot import EncoderPlacement, Robot
 from .causes import Cause
+from .choice import UNKNOWN, Known
 from .finding import Finding, Severity
 from .rows import on_body
 from .units import of_accelerometer, of_gyro, of_length, of_wheels
@@ -24,14 +27,25 @@ CLOCK_MARGIN = 0.03
 """Offset of the wheels' stamps that is worth a warning [s]."""
 
 
+_PASS = Severity.PASS
+
+
 def _severity(ratio: float) -> Severity:
     if ratio <= 1.0 / FAIL_RATIO or ratio >= FAIL_RATIO:
         return Severity.FAIL
     return Severity.PASS if 1.0 / WARN_RATIO < ratio < WARN_RATIO else Severity.WARN
 
 
-def diagnosis(cause: Cause, robot: Robot) -> Finding | None:
-    """Return what a cause means; None where its ratio is within the limits."""
+def diagnosis(cause: Cause, robot: Robot, known: Known = UNKNOWN) -> Finding | None:
+    """Return what a cause means; None where its ratio is within the limits.
+
+    Args:
+        cause: the likeliest.
+        robot: as configured.
+        known: what other data show.
+    """
+    if _is_backward(cause) and known == UNKNOWN:
+        return _backward_or_turned(cause, robot)
     if cause.name in _SPECIAL:
         return _SPECIAL[cause.name](cause, robot)
     if abs(cause.ratio - 1.0) < SIGNIFICANT * cause.error or not cause.believable:
@@ -59,6 +73,55 @@ def _wheels(cause: Cause, severity: Severity, robot: Robot) -> Finding:
         reading,
         "robot.wheel_radius" if fits else None,
         radius if fits else None,
+    )
+
+
+def _is_backward(cause: Cause) -> bool:
+    """Return whether wheels, all of them, that read the true angle run backward."""
+    return cause.name == "wheels" and cause.ratio < 0.0 and _severity(-cause.ratio) is _PASS
+
+
+def _backward_or_turned(cause: Cause, robot: Robot) -> Finding | None:
+    """Return what fits encoders that count backward and a sensor that sits the wrong way round."""
+    if abs(cause.ratio - 1.0) < SIGNIFICANT * cause.error or not cause.believable:
+        return None
+    found = _backward_wheels(1.0 / cause.ratio, Severity.FAIL)
+    mounting = _turned_mounting(robot, math.pi)
+    return replace(
+        found,
+        text="the angles contradict the accelerometer: they run backward (change `signs` of the "
+        "encoders), or the IMU is turned by 180 deg about the vertical, so that accelerometer x "
+        "and gyro y both have the wrong sign (set robot.mounting to "
+        f"{_shown(mounting)}); turn a wheel forward by hand to see which",
+    )
+
+
+def _turned_mounting(robot: Robot, angle: float) -> tuple[float, float, float]:
+    roll, pitch, yaw = robot.mounting
+    return roll, pitch, math.remainder(yaw + angle, 2.0 * math.pi)
+
+
+def _shown(mounting: tuple[float, float, float]) -> str:
+    return "[" + ", ".join(f"{angle:.4g}" for angle in mounting) + "]"
+
+
+def _turned(cause: Cause, robot: Robot) -> Finding:
+    degrees = float(cause.name.removeprefix("turned "))
+    mounting = _turned_mounting(robot, math.radians(degrees))
+    seen = (
+        "accelerometer x and gyro y both have the wrong sign"
+        if degrees == 180.0
+        else "the x and y axes of accelerometer and gyro are swapped"
+    )
+    return Finding(
+        Severity.FAIL,
+        "IMU",
+        "mounting",
+        f"it is turned by {math.remainder(degrees, 360.0):g} deg about the vertical against "
+        f"robot.mounting: {seen}; set robot.mounting to {_shown(mounting)}",
+        -1.0 if degrees == 180.0 else None,
+        "robot.mounting",
+        mounting,
     )
 
 
@@ -180,6 +243,30 @@ def _placement(cause: Cause, robot: Robot) -> Finding:
     )
 
 
+def _scaled_wheel(cause: Cause, robot: Robot) -> Finding | None:
+    if abs(cause.ratio - 1.0) < SIGNIFICANT * cause.error or not cause.believable:
+        return None
+    if _severity(abs(cause.ratio)) is _PASS:
+        return None if cause.ratio > 0.0 else _one_wheel(_as_reversed(cause), robot)
+    side = cause.name.partition(" ")[0]
+    reading = 1.0 / cause.ratio
+    unit = of_wheels(reading, robot)
+    backward = "runs backward and " if reading < 0.0 else ""
+    named = f"; its angles look like {unit}" if unit else ""
+    return Finding(
+        Severity.FAIL,
+        "wheels",
+        "scale",
+        f"the {side} wheel {backward}reads {abs(reading):.3g} times the true angle, the other "
+        f"agrees with the accelerometer{named}; give both in rad, positive rolling forward",
+        reading,
+    )
+
+
+def _as_reversed(cause: Cause) -> Cause:
+    return cause._replace(name=cause.name.replace("scaled", "reversed"), ratio=-1.0)
+
+
 def _one_wheel(cause: Cause, robot: Robot) -> Finding:
     del robot
     side, _, what = cause.name.partition(" wheel ")
@@ -231,4 +318,6 @@ _SPECIAL: Mapping[str, Callable[[Cause, Robot], Finding | None]] = {
         for side in ("left", "right")
         for what in ("reversed", "wrong")
     },
+    **{f"{side} wheel scaled": _scaled_wheel for side in ("left", "right")},
+    **{f"turned {degrees}": _turned for degrees in (90, 180, 270)},
 }

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..recording import FloatArray
 from ..robot import Calibration, Robot
@@ -13,7 +15,7 @@ from ..samples import STANDARD_GRAVITY
 from .causes import as_configured
 from .evidence import Part
 from .finding import Finding, Severity, passed
-from .rows import Rows, rows_of
+from .rows import Rows, rows_of, spread
 from .units import of_accelerometer
 
 DATA_SHEET = 0.12
@@ -22,6 +24,11 @@ WORST = 0.4
 """Share by which the worst boards are wrong before they are calibrated."""
 NOTEWORTHY = 0.05
 """A larger share is worth a warning."""
+CERTAIN = 5.0
+"""A robot that never rests must be off by this many standard errors more."""
+CALM = 0.2
+"""A window in which the robot turns less hardly tilts [rad]."""
+AT_REST, HARDLY, MEDIAN = "at rest", "hardly tilting", "in the median"
 MOVING = 0.3
 """Share by which the median force of a robot that never rests may differ from gravity."""
 REMOVED = 0.2
@@ -32,7 +39,7 @@ REST_FORCE = 0.3
 """Changes of force below this are rest [m/s^2]."""
 LEAN = 0.5
 """Cosine of the angle between z and up below which another axis points up."""
-_WINDOW = 1.0  # [s]
+_WINDOW = 0.5  # [s]
 
 
 class Gravity(NamedTuple):
@@ -42,8 +49,18 @@ class Gravity(NamedTuple):
     """Median length of the force [m/s^2]."""
     direction: tuple[float, float, float]
     """Median of the force in body axes over its length."""
-    at_rest: bool
-    """Whether that was at rest."""
+    motion: str
+    """How the robot moved meanwhile: `at rest`, `hardly tilting` or `in the median`."""
+    error: float
+    """Standard error of the length [m/s^2]."""
+
+
+class _Window(NamedTuple):
+    force: FloatArray
+    """Mean specific force [m/s^2], (3,)."""
+    resting: bool
+    turned: float
+    """Range of the angle [rad]."""
 
 
 def gravity_of(parts: Sequence[Part]) -> Gravity | None:
@@ -51,24 +68,36 @@ def gravity_of(parts: Sequence[Part]) -> Gravity | None:
     found = [window for part in parts for window in _windows(part)]
     if not found:
         return None
-    means = np.array([window[0] for window in found])
-    resting = np.array([window[1] for window in found])
-    at_rest = bool(resting.sum() >= 3)
-    lengths = np.linalg.norm(means[resting] if at_rest else means, axis=1)
+    means = np.array([window.force for window in found])
+    motion, chosen = _calmest(found)
+    lengths = np.linalg.norm(means[chosen], axis=1)
     length = float(np.median(lengths))
     middle = np.median(means, axis=0) / max(length, 1e-9)
-    return Gravity(length, (float(middle[0]), float(middle[1]), float(middle[2])), at_rest)
+    error = spread(lengths - length) / math.sqrt(lengths.size)
+    return Gravity(length, (float(middle[0]), float(middle[1]), float(middle[2])), motion, error)
 
 
-def _windows(part: Part) -> Iterator[tuple[FloatArray, bool]]:
-    """Yield the mean force of each window, (3,), and whether the robot rested in it."""
+def _calmest(windows: Sequence[_Window]) -> tuple[str, NDArray[np.bool_]]:
+    """Return how the calmest windows move, and which they are."""
+    resting = np.array([window.resting for window in windows])
+    if resting.sum() >= 3:
+        return AT_REST, resting
+    calm = np.array([window.turned < CALM for window in windows])
+    if calm.sum() >= 5:
+        return HARDLY, calm
+    return MEDIAN, np.ones(len(windows), dtype=np.bool_)
+
+
+def _windows(part: Part) -> Iterator[_Window]:
+    """Yield the windows of a part."""
     force = part.force()
     size = max(round(_WINDOW / part.step), 2)
     rate = np.diff(part.turn, axis=0) / part.step
     for begin in range(0, force.shape[0] - size + 1, size):
         piece, turning = force[begin : begin + size], rate[begin : begin + size]
         resting = turning.std(axis=0).max() < REST_RATE and piece.std(axis=0).max() < REST_FORCE
-        yield piece.mean(axis=0), bool(resting)
+        turned = float(np.ptp(part.turn[begin : begin + size + 1], axis=0)[:2].max())
+        yield _Window(piece.mean(axis=0), bool(resting), turned)
 
 
 def gravity(
@@ -108,17 +137,17 @@ def _wrong_unit(readings: FloatArray) -> Finding | None:
 
 def _length(shown: Gravity, calibration: Calibration) -> Finding:
     ratio = shown.length / STANDARD_GRAVITY
-    where = "at rest" if shown.at_rest else "in the median"
-    reads = f"{where} it reads {shown.length:.3g} m/s^2 where gravity is {STANDARD_GRAVITY:.3g}"
+    reads = f"{shown.motion} it reads {shown.length:.3g} m/s^2, gravity is {STANDARD_GRAVITY:.3g}"
     off = abs(ratio - 1.0)
     done = calibration.accel_bias != (0.0, 0.0, 0.0)
-    if off > ((DATA_SHEET if done else WORST) if shown.at_rest else MOVING):
+    if off > (MOVING if shown.motion == MEDIAN else DATA_SHEET if done else WORST):
         return _unit(
             f"{reads}, {100.0 * off:.0f} % {'less' if ratio < 1.0 else 'more'}: check the full "
             "scale the driver assumes and calibration.accel_bias",
             ratio,
         )
-    if shown.at_rest and off > NOTEWORTHY:
+    uncertain = 0.0 if shown.motion == AT_REST else CERTAIN * shown.error / STANDARD_GRAVITY
+    if shown.motion != MEDIAN and off > NOTEWORTHY + uncertain:
         advice = "its calibration is another sensor's" if done else "calibrate it"
         if off > DATA_SHEET:
             advice += "; a sound MPU6050 is within 12 %, so check the driver's full scale, too"
@@ -201,7 +230,7 @@ def _upside_down(parts: Sequence[Part], robot: Robot) -> Finding:
     rows = rows_of(parts)
     way, known = _WAYS[1], False
     if rows is not None and rows.wheels is not None:
-        misfits = [as_configured(_turned(rows, each), robot) for each in _WAYS]
+        misfits = [as_configured(_turned(rows, each), robot).misfit for each in _WAYS]
         order = np.argsort(misfits)
         known = misfits[order[0]] < 0.6 * misfits[order[1]]
         # The sign of z alone does not change the forward axis: it ties with a right sensor.

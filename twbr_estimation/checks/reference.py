@@ -22,6 +22,8 @@ GAIN_LIMITS = (0.5, 2.0)
 """How far the gyro's turn may plausibly be from the reference's, as a ratio."""
 CLOCK_MARGIN = 0.05
 """Offset of the reference's stamps that is worth a warning [s]."""
+EXPLAINED = 0.5
+"""Reference and gyro show the same motion if a factor leaves at most this share of it."""
 CLEARLY = 0.7
 """A delay is believed if it leaves at most this share of what a wrong scale leaves."""
 LARGEST_OFFSET = math.radians(8.0)
@@ -107,6 +109,19 @@ def _offset(part: Part) -> float:
     tilt = math.atan2(-force[0], force[2])
     away = float(np.mean(np.unwrap(part.reference[1:][known]))) - tilt
     return math.remainder(away, 2.0 * math.pi)
+
+
+def gyro_is_right(rows: Rows) -> bool | None:
+    """Return whether the gyro turns as far as the reference; None where that is not known."""
+    if rows.reference is None or spread(rows.reference[:, 0]) < LEAST_TILT:
+        return None
+    fit = regress(rows.reference[:, :1], rows.turn[:, 1], rows.blocks)
+    gain = float(fit.values[0])
+    if fit.deviation > EXPLAINED * spread(rows.turn[:, 1]):
+        return None
+    if 1.0 / WARN_RATIO < gain < WARN_RATIO:
+        return True
+    return None if GAIN_LIMITS[0] < gain < GAIN_LIMITS[1] else False
 
 
 def _motion(rows: Rows, parts: Sequence[Part], others: Sequence[Finding]) -> Finding:

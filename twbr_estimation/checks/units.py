@@ -14,6 +14,14 @@ GYRO_COUNTS = (131.0, 65.5, 32.8, 16.4)
 """Counts of the MPU6050 per deg/s, by full scale."""
 ACCEL_COUNTS = (16384.0, 8192.0, 4096.0, 2048.0)
 """Counts of the MPU6050 per g, by full scale."""
+_FULL_SCALES = {
+    "a reading scaled for twice the full scale": 2.0,
+    "a reading scaled for a full scale four times as large": 4.0,
+    "a reading scaled for a full scale eight times as large": 8.0,
+    "a reading scaled for half the full scale": 0.5,
+    "a reading scaled for a quarter of the full scale": 0.25,
+    "a reading scaled for an eighth of the full scale": 0.125,
+}
 _DEGREES = math.degrees(1.0)
 
 
@@ -50,9 +58,8 @@ def of_wheels(reading: float, robot: Robot) -> str:
 def of_gyro(reading: float) -> str:
     """Return the unit of rates that read `reading` times the true one."""
     counts = {_counts(size, "deg/s"): _DEGREES * size for size in GYRO_COUNTS}
-    return named(
-        abs(reading), {"deg/s": _DEGREES, "turns/s": 0.5 / math.pi, "mrad/s": 1e3, **counts}
-    )
+    units = {"deg/s": _DEGREES, "turns/s": 0.5 / math.pi, "mrad/s": 1e3}
+    return named(abs(reading), {**units, **_FULL_SCALES, **counts})
 
 
 def of_accelerometer(reading: float) -> str:

@@ -24,13 +24,17 @@ DEAD_TURN = 3.0
 """Turn of the other wheel [rad] during which one that stands still is dead."""
 DEAD_TIME = 2.0
 """Time one wheel must stand still for that [s]."""
-TILTED = math.radians(5.0)
+TILTED = math.radians(1.0)
 """Tilting of the robot during which an encoder that stands still is worth a warning [rad]."""
 JUMP = 1.0
 """Least step between two readings that is a jump [rad]."""
+FASTEST = 150.0
+"""Speed of a wheel above which two readings are a jump apart [rad/s]."""
 JUMP_FACTOR = 8.0
 """How many times larger than the largest usual step a jump is."""
-_USUAL = 0.99  # quantile
+SPIKE = 5
+"""Readings within which a spike is over."""
+_USUAL = 0.9  # quantile
 _PROBES = 20_000  # samples looked at for their wheel reading
 _SIDES = ("left", "right")
 
@@ -174,7 +178,8 @@ def _longest_rest(
 def _jumps(track: WheelTrack) -> Iterator[Finding]:
     steps = np.diff(track.angle, axis=0)
     size = np.abs(steps)
-    usual = np.maximum(np.quantile(size, _USUAL, axis=0) * JUMP_FACTOR, JUMP)
+    least = max(JUMP, FASTEST * period_of(track.stamps))
+    usual = np.maximum(np.quantile(size, _USUAL, axis=0) * JUMP_FACTOR, least)
     jumping = size > usual
     count = int(np.sum(jumping.any(axis=1)))
     if count == 0:
@@ -186,11 +191,18 @@ def _jumps(track: WheelTrack) -> Iterator[Finding]:
         "wheels",
         "jumps",
         f"the angle jumps {count} times, by up to {largest:.4g} rad: {_kind(track, jumping)}",
+        float(count),
     )
 
 
 def _kind(track: WheelTrack, jumping: BoolArray) -> str:
     """Return what the jumps look like."""
+    spikes = sum(_spikes(*each) for each in zip(track.angle.T, jumping.T, strict=True))
+    if spikes > 0.5 * jumping.sum():
+        return (
+            "readings leave and come back within a few samples (spikes): they are damaged on the "
+            "way; mend the wiring or the driver"
+        )
     steps = np.diff(track.angle, axis=0)[jumping]
     if steps.size > 1 and np.ptp(np.abs(steps)) < 0.02 * np.abs(steps).max() + 0.5:
         turns = float(np.median(np.abs(steps))) / (2.0 * math.pi)
@@ -202,3 +214,18 @@ def _kind(track: WheelTrack, jumping: BoolArray) -> str:
     if np.median(after) < JUMP:
         return "a counter starts again at 0; keep counting in the driver"
     return "readings are damaged, a counter wraps or starts again; mend the driver"
+
+
+def _spikes(angle: FloatArray, jumping: BoolArray) -> int:
+    """Return how many jumps of one encoder belong to readings that leave and come back."""
+    jumps = np.flatnonzero(jumping)
+    count = begin = 0
+    while begin < jumps.size:
+        first = jumps[begin]
+        until = int(np.searchsorted(jumps, first + SPIKE, side="right"))
+        away = np.abs(angle[jumps[begin + 1 : until] + 1] - angle[first])
+        back = np.flatnonzero(away < JUMP)
+        taken = int(back[0]) + 2 if back.size else 1
+        count += taken if back.size else 0
+        begin += taken
+    return count

@@ -1,0 +1,65 @@
+"""Signs that the motion of a recording does not show, and signs without wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..robot import Robot
+from ..samples import STANDARD_GRAVITY
+from .choice import Known
+from .finding import Finding, Severity
+from .rows import Rows, predicted, spread
+
+CLEARLY = 1.5
+"""A wrong sign must leave this many times what the right one leaves, else it is not decided."""
+LEAST_TURN = math.radians(3.0)
+"""Without wheels, tilting below this shows no sign [rad]."""
+ALIKE = 0.8
+"""Correlation of gyro and accelerometer from which on they show the same motion."""
+
+
+def undecided(rows: Rows, robot: Robot, known: Known, left: float) -> Iterator[Finding]:
+    """Yield which signs may be wrong although the data agree.
+
+    Args:
+        rows: the motion.
+        robot: as configured.
+        known: what other data show.
+        left: what the configuration leaves, at least the noise of the wheels [m/s^2].
+    """
+    gyro, wheels = predicted(rows, robot)
+    force = rows.force[:, 0]
+    wrong = {
+        "the accelerometer's x axis": -force - gyro - wheels,
+        "the gyro's y axis": force + gyro - wheels,
+        "the wheels": force - gyro + wheels,
+    }
+    open_ = [
+        name
+        for name, misfit in wrong.items()
+        if spread(misfit) < CLEARLY * left and not (known.gyro and "gyro" in name)
+    ]
+    if open_:
+        text = (
+            f"the motion is too small to decide the sign of {', '.join(open_)}: lean the robot by "
+            "10 deg and roll it to and fro by hand"
+        )
+        yield Finding(Severity.SKIP, "IMU", "signs", text)
+
+
+def without_wheels(rows: Rows) -> Iterator[Finding]:
+    """Yield that gyro and accelerometer turn in opposite directions."""
+    turn, lean = rows.turn[:, 1], rows.force[:, 0] / -STANDARD_GRAVITY
+    if spread(turn) < LEAST_TURN or spread(lean) < LEAST_TURN:
+        return
+    alike = float(np.corrcoef(turn, lean)[0, 1])
+    if alike > -ALIKE:
+        return
+    text = (
+        "its y axis turns against the accelerometer's x axis: one of both has the wrong sign; "
+        "positive is leaning forward, +g is on the axis that points up; check robot.mounting"
+    )
+    yield Finding(Severity.FAIL, "gyro", "sign", text, -1.0, "robot.mounting")
