@@ -1,4 +1,4 @@
-"""How much of a recording's estimates deserves trust, by the monitor of the live path."""
+"""The share of a recording's estimates that is valid, by the monitor of the live path."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def trusted_share(
 ) -> float:
     """Return the share of estimates that a live stream would call valid.
 
-    A recording's filter runs as its equations are and is not started afresh, so that one that
-    has gone astray stays without trust until it is back by itself.
+    A recording's filter is not restarted, unlike a live one, so a filter that has diverged
+    stays invalid until it converges again.
 
     Args:
         entry: the filter.

@@ -58,8 +58,8 @@ def filter_kernel(entry: Filter) -> Any:
     """Return the compiled loop of a filter over corrected columns.
 
     It takes (columns, first, coefficients, state, estimates), fills `estimates` from index
-    `first` on and returns the last state. What a user wrote is compiled anew in each process,
-    as the cache on disk would not see it change.
+    `first` on and returns the last state. A user's own filter is compiled again in each process,
+    as the cache on disk would not notice a change of it.
     """
     from ..compilation import compiled, source_version
 

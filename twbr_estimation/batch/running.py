@@ -1,7 +1,7 @@
 """Run the correction and filters over tracks: interpreted while that is quicker, else compiled.
 
-Both ways give the same numbers, bit by bit. Compiling a loop takes seconds, which pays for long
-recordings and many runs only; a loop that is in the cache on disk already is always taken.
+Both ways give the same numbers, bit by bit. Compiling a loop takes seconds, which is worthwhile
+for long recordings and many runs only; a loop that is already in the cache on disk is always used.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .kernels import correction_kernel, filter_kernel, is_ours
 from .tracks import CorrectedTrack, EstimateTrack
 
 COMPILE_AFTER = 60_000
-"""Samples that a loop has run over when compiling it begins to pay."""
+"""Samples from which on compiling a loop takes less time than interpreting it."""
 _interpreted: Counter[Any] = Counter()  # samples by loop, in this process
 
 

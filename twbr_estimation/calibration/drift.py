@@ -1,11 +1,11 @@
-"""How well a mean tells the bias of a sensor whose bias drifts slowly.
+"""How well a mean determines the bias of a sensor whose bias drifts slowly.
 
 The standard error of uncorrelated noise, sigma / sqrt(n), is far too small for a gyro: its
 bias wanders over minutes (Laddach 2022, Fig. 8), and readings a second apart share most of
-it. Here means of short blocks are taken for white noise plus a drift whose correlation falls
+it. Here means of short blocks are modelled as white noise plus a drift whose correlation falls
 exponentially. Neither its size nor its correlation time is known, and a short recording
-hardly tells them: every pair counts with its restricted likelihood and with what is usual
-for such sensors, so a recording too short to tell is given a large error, not a lucky one.
+hardly determines them: every pair counts with its restricted likelihood and with a prior for
+such sensors, so a recording that is too short is given a large error, not a lucky one.
 """
 
 from __future__ import annotations

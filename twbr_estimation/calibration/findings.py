@@ -43,7 +43,7 @@ class CalibrationFinding:
     before: float | None
     """What was configured; None where that has no place in the configuration."""
     value: float | None
-    """What was found; None where the recording cannot tell."""
+    """What was found; None where the recording does not determine it."""
     error: float | None = None
     """Standard error."""
     note: str = ""
@@ -78,7 +78,7 @@ class Findings:
 
 
 def still_findings(result: StillResult, before: Setup) -> Findings:
-    """Return what a robot at rest told."""
+    """Return the findings of a recording at rest."""
     old, new = before.calibration, result.calibration
     found = []
     for axis, index in (("x", 0), ("y", 1), ("z", 2)):
@@ -130,7 +130,7 @@ def still_findings(result: StillResult, before: Setup) -> Findings:
 
 
 def poses_findings(result: PosesResult, before: Setup) -> Findings:
-    """Return what held poses told."""
+    """Return the findings of held poses."""
     found = [
         CalibrationFinding(
             "mounting pitch",
@@ -138,7 +138,7 @@ def poses_findings(result: PosesResult, before: Setup) -> Findings:
             before.robot.mounting[1],
             result.setup.robot.mounting[1] if result.pitch_used else None,
             result.pitch_error,
-            "" if result.pitch_used else "the poses do not tell; poses to both sides would",
+            "" if result.pitch_used else "the poses do not determine it; poses to both sides would",
         )
     ]
     notes, figures, provenance = [], {}, {}
@@ -177,7 +177,7 @@ def poses_findings(result: PosesResult, before: Setup) -> Findings:
 
 
 def geometry_findings(result: GeometryResult, before: Setup) -> Findings:
-    """Return what drives told."""
+    """Return the findings of drives."""
     old, calibration = before.robot, before.calibration
     known = {
         "wheel radius": (LENGTH, old.wheel_radius),

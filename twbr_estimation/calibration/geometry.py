@@ -28,8 +28,8 @@ PLACEMENT_ERROR = 0.3
 PLAUSIBLE_GAIN = (0.8, 1.25)
 """Scale of a gyro that is one; 3 % is usual, clones are off by 10 %."""
 MOUNTING_MARGIN = 3.0
-"""The mounting stays as configured unless it is this many standard errors off: held poses tell
-it twenty times better than a drive."""
+"""The mounting stays as configured unless it is this many standard errors off: held poses
+determine it twenty times better than a drive."""
 
 UNSEEN_PLACEMENT = 0.03
 """Standard uncertainty of lengths where the placement is taken as known, as a share of them."""
@@ -47,7 +47,7 @@ LIMITS = {
     "reference delay": 0.003,
     "wheel delay": 0.003,
 }
-"""Largest standard error of a quantity a recording can tell, SI units."""
+"""Largest standard error with which a quantity counts as determined, SI units."""
 UNSEEN = "motion in one plane does not show it"
 
 
@@ -56,19 +56,19 @@ class Estimate:
     """One quantity from a drive."""
 
     value: float | None
-    """SI units; None where the drives cannot tell."""
+    """SI units; None where the drives do not determine it."""
     error: float | None
     """Standard error."""
     reason: str = ""
-    """Why the drives cannot tell."""
+    """Why the drives do not determine it."""
 
 
 @dataclass(frozen=True, slots=True)
 class GeometryResult:
-    """What drives tell about a robot."""
+    """Geometry of a robot as estimated from drives."""
 
     setup: Setup
-    """The configuration with what was told."""
+    """The configuration with the quantities that were determined."""
     estimates: dict[str, Estimate]
     body_turn: Estimate
     """Share of the body's turn in the encoder: 1 on the body, 0 referred to ground."""
@@ -87,7 +87,7 @@ def calibrate_geometry(
         recordings: drives with a reference encoder.
         setup: calibrated as far as it is; delays are counted without its gyro's own.
         smoothed: whether the references are smoothed from the drives themselves: then the gyro's
-            scale is not told, and lengths are less certain.
+            scale is not determined, and lengths are less certain.
 
     Raises:
         RecordingError: no reference, or too short.
@@ -111,8 +111,9 @@ def calibrate_geometry(
         found.update(_kinematic_estimates(wheeled, gyro, placement, setup))
     if smoothed:
         found = {name: _by_smoothing(name, estimate) for name, estimate in found.items()}
-    told = {name: _limited(name, estimate) for name, estimate in found.items()}
-    return GeometryResult(_configured(setup, told, placement), told, turn, placement, share)
+    determined = {name: _limited(name, estimate) for name, estimate in found.items()}
+    configured = _configured(setup, determined, placement)
+    return GeometryResult(configured, determined, turn, placement, share)
 
 
 def _require_plausible_gain(fit: GyroFit) -> None:
@@ -212,14 +213,14 @@ def _limited(name: str, estimate: Estimate) -> Estimate:
 
 
 def _configured(
-    setup: Setup, told: dict[str, Estimate], placement: EncoderPlacement | None
+    setup: Setup, determined: dict[str, Estimate], placement: EncoderPlacement | None
 ) -> Setup:
-    """Return `setup` with the estimates that were told."""
+    """Return `setup` with the estimates that were determined."""
     robot, calibration = setup.robot, setup.calibration
     arm, scale, mounting = robot.lever_arm, calibration.gyro_scale, robot.mounting
 
     def value(name: str, otherwise: float, margin: float = 0.0) -> float:
-        found, error = told[name].value, told[name].error
+        found, error = determined[name].value, determined[name].error
         if found is None or error is None or abs(found - otherwise) <= margin * error:
             return otherwise
         return found

@@ -24,7 +24,7 @@ _ROUNDS = 3
 
 @dataclass(frozen=True, slots=True)
 class GyroFit:
-    """What gyro and reference tell about each other."""
+    """Result of comparing gyro and reference."""
 
     gain: float
     """True rate over calibrated rate."""

@@ -167,6 +167,6 @@ def _equations(
 
 
 def _waves(force: FloatArray, count: int) -> list[FloatArray]:
-    """Return the smooth functions of a force that stand for its scale error, (n,) each."""
+    """Return the smooth functions of a force that model its scale error, (n,) each."""
     phases = [force * (np.pi / FORCE_SPAN * number) for number in range(1, count + 1)]
     return [wave(phase) for phase in phases for wave in (np.sin, np.cos)]

@@ -48,7 +48,7 @@ class AxisResult:
 
 @dataclass(frozen=True, slots=True)
 class PosesResult:
-    """What held poses tell."""
+    """Result of held poses."""
 
     setup: Setup
     """The configuration with polynomials, biases and mounting as estimated."""

@@ -2,9 +2,9 @@
 
 S has no free term: the reading at zero force is the bias. It is fitted as p times a sum of
 Chebyshev polynomials over the range of the poses, which stays well-conditioned up to degree
-10, and by linear least squares, whose minimum is the only one. The degree is chosen by what
-each one says about a pose it has not seen. The outermost poses are never left out: beyond them
-the correction clamps the argument of S, so nothing is ever extrapolated.
+10, and by linear least squares, whose minimum is the only one. The degree is chosen by
+cross-validation: how well each one predicts a pose that was left out. The outermost poses are
+never left out: beyond them the correction clamps the argument of S, so nothing is extrapolated.
 """
 
 from __future__ import annotations

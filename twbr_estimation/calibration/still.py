@@ -1,7 +1,7 @@
 """Biases and noise of an IMU from a recording of a robot at rest.
 
-Laddach 2022 takes two hours; minutes serve as well if the errors say what they are worth.
-The error of an accelerometer bias is dominated by what one must believe to tell a bias
+Laddach 2022 records two hours; minutes are enough if the errors are stated with the result.
+The error of an accelerometer bias is dominated by what must be assumed to separate a bias
 from gravity: the tilt of the robot and the scale of the axis that carries the weight.
 """
 
@@ -45,7 +45,7 @@ class StillOptions:
 
 @dataclass(frozen=True, slots=True)
 class StillResult:
-    """What a robot at rest tells."""
+    """Result of a recording at rest."""
 
     calibration: Calibration
     tilt: float

@@ -1,7 +1,7 @@
-"""Biases of a robot that stands still, and the judgement whether it did.
+"""Biases of a robot at rest, and the check that it was at rest.
 
-The gyro bias is the mean rate at rest, Laddach 2022 (8). An accelerometer bias can be told
-from a tilt only if the tilt is known, so a live robot estimates it on request.
+The gyro bias is the mean rate at rest, Laddach 2022 (8). An accelerometer bias can be
+separated from a tilt only if the tilt is known, so a live robot estimates it on request.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Every cause is a regression with one unknown: the factor by which one signal, or one length, is
 wrong while all else is right. The cause that leaves least is the likeliest. A balancing robot
 moves in a way that ties tilt and acceleration together, so several unknowns at once could
-not be told apart; one can.
+not be separated; one can.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def largest_signal(rows: Rows, robot: Robot) -> float:
 
 
 def causes(rows: Rows, robot: Robot) -> Iterator[Cause]:
-    """Yield every cause that the rows can tell."""
+    """Yield every cause that the rows can determine."""
     force = rows.force[:, 0]
     gyro, wheels = predicted(rows, robot)
     yield _scaled("gyro", rows, force, gyro, wheels)

@@ -13,7 +13,7 @@ class Severity(IntEnum):
     PASS = 0
     """As it should be."""
     SKIP = 1
-    """The data cannot tell, and the text says why."""
+    """The data do not decide it; the text gives the reason."""
     WARN = 2
     """Figures become worse, or cannot be trusted in part."""
     FAIL = 3

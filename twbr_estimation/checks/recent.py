@@ -60,7 +60,7 @@ class RecentChecks:
         self._references += 1
 
     def restart(self) -> None:
-        """Forget everything, because time has jumped."""
+        """Drop all samples, because time has jumped."""
         self._count = self._references = 0
 
     def findings(self) -> tuple[Finding, ...]:

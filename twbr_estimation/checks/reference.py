@@ -155,7 +155,7 @@ def _gain(gain: float, error: float, others: Sequence[Finding]) -> Finding:
 
 
 def _contradiction(text: str, gain: float, others: Sequence[Finding]) -> Finding:
-    """Return which of gyro and reference is wrong, as far as wheels and accelerometer tell."""
+    """Return which of gyro and reference contradicts wheels and accelerometer, if it is clear."""
     right = "check units and signs of both (rad/s, rad, positive leaning forward), "
     motion = [each for each in others if each.check == "motion"]
     if any(each.subject == "gyro" and each.severity is Severity.FAIL for each in others):
@@ -171,7 +171,7 @@ def _contradiction(text: str, gain: float, others: Sequence[Finding]) -> Finding
 
 
 def _interpolation(dt: float, track: TiltTrack) -> Iterator[Finding]:
-    """Judge linear interpolation by predicting each reference sample from its neighbours.
+    """Test linear interpolation by predicting each reference sample from its neighbours.
 
     At the middle of two periods it errs four times as much as in the middle of one, and the
     mean square over a period is 8/15 of that in the middle.

@@ -126,7 +126,7 @@ def _require_bounded(text: str, value_limit: int) -> None:
 def _repeated(
     event: yaml.NodeEvent, sizes: dict[str | None, int], open_nodes: list[tuple[str | None, int]]
 ) -> int:
-    """Return how many values an event stands for: an alias for all that it repeats."""
+    """Return how many values an event represents: an alias counts all that it repeats."""
     if not isinstance(event, yaml.AliasEvent):
         return 1
     if any(event.anchor == anchor for anchor, _ in open_nodes):

@@ -30,7 +30,7 @@ def locked(path: Path) -> int | None:
         return None
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:  # held, or a file system without locks, where nobody knows
+    except OSError:  # held, or a file system without locks, where it cannot be found out
         os.close(descriptor)
         return None
     return descriptor

@@ -39,7 +39,7 @@ class Drive:
     loop_period: float = 0.0
     """Period [s] for which samples are combined before the filters; 0 takes each."""
     notes: tuple[str, ...] = ()
-    """What a user should know about where the settings come from."""
+    """Remarks on where the settings come from."""
 
     @property
     def source(self) -> str:

@@ -74,7 +74,7 @@ def require_period(loop_period: float) -> None:
     """Raise where samples cannot be combined for this period.
 
     Raises:
-        ConfigurationError: it is negative, or so long that filters would start afresh.
+        ConfigurationError: it is negative, or so long that filters would start again.
     """
     if not 0.0 <= loop_period <= RESTART_GAP:
         raise ConfigurationError(

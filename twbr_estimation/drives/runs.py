@@ -94,7 +94,7 @@ class Runs(Mapping[str, EstimateTrack]):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know before trusting figures made with these settings."""
+        """Warnings about figures made with these settings."""
         settings = warnings_for(self.drive, self.entries, self.parameters)
         return (*settings, *self.drive.notes, *self._remarks())
 

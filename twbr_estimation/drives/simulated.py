@@ -25,7 +25,7 @@ def simulate(
         scene: one of `simulation.SCENES`.
 
     Returns:
-        The drive, with what an estimator may know about the robot; the truth is
+        The drive, with the setup that an estimator gets; the truth is
         `drive.recording.truth`.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a user should know before trusting figures of one recording and these settings."""
+"""Warnings about the figures of one recording with these settings."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Peer(NamedTuple):
 SETTLING_TIME = 3.0
 """Time constant [s] for peers whose weights have no default: that of VQF's default."""
 GYRO_NOISE = 0.0018
-"""Standard deviation of a corrected rate [rad/s], for peers that ask for one."""
+"""Standard deviation of a corrected rate [rad/s], for peers that need one."""
 
 
 def level_attitude(force: FloatArray) -> tuple[float, float, float, float]:
