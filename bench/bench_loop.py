@@ -2,7 +2,7 @@
 
 Simulator, correction, filter and controller run as on a robot; this process only listens to
 `imu/data` and `motor/command`. The latency is the time from the stamp of the sample that a
-command answers to hearing the command, the simulator's own delay included. Periods and
+command answers to the arrival of the command, the simulator's own delay included. Periods and
 latencies hold this process' delays, too. The machine should be quiet.
 """
 
@@ -63,14 +63,14 @@ class Process:
 
 
 class Listener:
-    """Notes what is published, and when it was heard."""
+    """Notes what is published, and when it was received."""
 
     def __init__(self) -> None:
         self.node = rclpy.create_node("listener")
         self._executor = make_executor()
         self._executor.add_node(self.node)
         self.commands: list[tuple[int, int]] = []
-        """Time of hearing, and how many estimates had been heard by then."""
+        """Time of arrival, and how many estimates had arrived by then."""
         self.estimates: list[int] = []
         """Stamps [ns]."""
         self.falls = 0
@@ -110,7 +110,7 @@ def latencies(listener: Listener) -> np.ndarray:
 
 
 def start(folder: Path, world: str, name_of_filter: str, compiled: bool) -> list[Process]:
-    """Start all nodes; the estimator is told what it may know of the world."""
+    """Start all nodes; the estimator gets the setup of the world."""
     setup, _ = setups_of(world_named(world), 1)
     write_section(folder / "robot.yaml", setup.robot, {}, replace=True)
     write_section(folder / "calibration.yaml", setup.calibration, {}, replace=True)

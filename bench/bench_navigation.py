@@ -3,7 +3,7 @@
     pip install .[peers]
     python bench/bench_navigation.py
 
-Peers are VQF's offline filter, which is C++ and knows neither wheels nor its own errors, and the
+Peers are VQF's offline filter, which is C++ and has neither wheels nor a variance, and the
 two products F P F' of a Kalman filter of as many states written with numpy, as filterpy does. All
 are taken in turns; the least time counts, since other work on the machine only adds. Ratios hold
 on other machines, microseconds do not.

@@ -11,7 +11,7 @@ DEPTH = 1000
 
 
 def relay() -> Node:
-    """Return a node that passes on what it hears, with rclpy's usual messages."""
+    """Return a node that passes on what it receives, with rclpy's usual messages."""
     from sensor_msgs.msg import Imu, JointState
     from std_msgs.msg import Float64
 

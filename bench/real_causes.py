@@ -3,7 +3,7 @@
     pip install .[import,peers]
     python bench/real_causes.py DATA
 
-Nothing on board knows what is undone here: the errors of gyro and accelerometer are taken from
+No sensor on board measures what is undone here: the errors of gyro and accelerometer are taken from
 the reference, over the very motion that is scored. DATA is that of `real_recordings.py`; figures
 are mean square errors [deg^2] and, in brackets, the mean error [deg].
 """
@@ -42,7 +42,7 @@ Undo = Callable[[Setup], Setup]
 
 
 def without_delay(setup: Setup) -> Setup:
-    """Tell the delay of a gyro without low-pass instead of this one's."""
+    """Set the delay of a gyro without low-pass instead of this one's."""
     return replace(setup, robot=replace(setup.robot, gyro_delay=DATASHEET_DELAY))
 
 
@@ -88,7 +88,7 @@ def broad_causes(data: Path, trial: str, axis: str) -> dict[str, Undo]:
 
 
 def uiuc_causes(recording: Recording, setup: Setup) -> dict[str, Undo]:
-    """Return what to undo on the motor shaft, by name: the encoder tells gain, bias and scale."""
+    """Return what to undo on the motor shaft, by name: the encoder shows gain, bias and scale."""
     assert recording.reference is not None
     gain = fit_gyro([signals_of(Drive(recording, setup))], WIDTH).gain
     tilt, known = Association(recording.reference).at(recording.imu.stamps)

@@ -1,4 +1,4 @@
-"""Measure how `ins_odometer` bears faults, and whether it knows its own error.
+"""Measure the error of `ins_odometer` under faults, and whether its variance fits its error.
 
     python bench/robustness.py
 
@@ -165,7 +165,7 @@ def wrong_start(
 
 
 def consistency_table(arguments: argparse.Namespace, values: Mapping[str, float]) -> None:
-    """Print whether errors and innovations are as large as the filter believes."""
+    """Print whether errors and innovations are as large as the filter's variance says."""
     print("| world | period | NEES | NIS | invalid |")
     print("|---|---|---|---|---|")
     for world, dt, seeds in cells(arguments):

@@ -119,7 +119,7 @@ def simulator(given: dict[str, str]) -> dict[str, Any]:
 
 
 def told(world: str, seed: int, physics: str = "rig") -> dict[str, Any]:
-    """Return what the estimator is told of the robot: its geometry and the sensor's errors."""
+    """Return the parameters of the estimator: the robot's geometry and the sensor's errors."""
     chosen = world_named(world)
     setup, _ = setups_of(chosen if physics == "rig" else spatial(chosen, Robot()), seed)
     declared = [

@@ -174,7 +174,7 @@ def test_it_opens_the_page_and_ends_with_every_node() -> None:
             os.killpg(terminal.process.pid, signal.SIGKILL)
 
 
-def test_what_cannot_be_simulated_is_told() -> None:
+def test_what_cannot_be_simulated_is_reported() -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
     result = subprocess.run(
         [sys.executable, str(TOOL), "--world", "moon"], capture_output=True, text=True, timeout=60

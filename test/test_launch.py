@@ -122,7 +122,7 @@ def test_a_display_describes_the_robot_and_opens_rviz_on_demand(tmp_path: Path) 
     assert 'xyz="0 0 0.321"' in text and 'name="imu"' in text and 'name="r_joint"' in text
 
 
-def test_the_simulation_tells_what_an_estimator_may_know() -> None:
+def test_the_simulation_passes_its_setup_to_the_estimator() -> None:
     known = load(FOLDER / "simulation.launch.py").told("W4", 3)
     assert known["robot.track_width"] == 0.16 and known["robot.lever_arm"] == (0.0, 0.0, 0.135)
     assert len(known["calibration.accel_scale_x"]) == 5

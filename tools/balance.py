@@ -75,7 +75,7 @@ def keyboard() -> Iterator[Any]:
 
 
 class Watcher:
-    """Listens to the graph, and asks it for what a key means."""
+    """Subscribes to the graph, and sends the commands of the keys."""
 
     def __init__(self, shown: Shown) -> None:
         """Join the graph; `shown` is kept up to date."""
@@ -298,10 +298,10 @@ def _answers(port: int) -> bool:
 
 def run_on_lines(graph: Graph, watcher: Watcher, shown: Shown, seconds: float) -> None:
     """Print a line a second until the time is over."""
-    told = 0.0
+    due = 0.0
     for _ in watch(graph, watcher, shown, seconds):
-        if shown.history and shown.time >= told:
-            told += 1.0
+        if shown.history and shown.time >= due:
+            due += 1.0
             print(shown.line(), flush=True)
 
 

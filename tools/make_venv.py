@@ -79,7 +79,7 @@ def nodes() -> list[str]:
 
 
 def install(extras: str, ros_is_sourced: bool) -> None:
-    """Make the environment anew and install the package, editable, with its tools."""
+    """Make a new environment and install the package, editable, with its tools."""
     print(f"Setting up {VENV} for Python {platform.python_version()} ({extras})", flush=True)
     site = ["--system-site-packages"] if ros_is_sourced else []
     subprocess.run([sys.executable, "-m", "venv", "--clear", *site, str(VENV)], check=True)

@@ -47,9 +47,9 @@ class Graph:
 
         Args:
             node: Its name.
-            parameters: These rule over those of the files.
+            parameters: These take precedence over those of the files.
             files: Parameter files.
-            aloud: Whether it speaks to the terminal; otherwise its words are kept for errors.
+            aloud: Whether its output goes to the terminal; otherwise it is kept for error messages.
         """
         own = self._folder / f"{node}.yaml"
         own.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))

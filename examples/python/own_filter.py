@@ -23,7 +23,7 @@ class Parameters(NamedTuple):
 
 
 class State(NamedTuple):
-    """What a step remembers."""
+    """What a step keeps for the next one."""
 
     tilt: float
     rate: float

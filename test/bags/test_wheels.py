@@ -55,7 +55,7 @@ def test_wheels_that_never_share_a_message_leave_one_wheel(tmp_path: Path) -> No
     assert recording.repairs == {f"/joint_states: {why}": 10}
 
 
-def test_a_joint_without_readings_is_told_from_one_that_is_absent(tmp_path: Path) -> None:
+def test_a_joint_without_readings_is_distinguished_from_an_absent_one(tmp_path: Path) -> None:
     path = write(tmp_path / "bag", [(["left_wheel_joint", "right_wheel_joint"], [], [])])
     with pytest.raises(RecordingError, match="neither position nor velocity of left"):
         read_recording(path)

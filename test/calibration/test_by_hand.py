@@ -73,7 +73,7 @@ def test_opposite_faces_are_ten_times_better_and_mend_the_readings() -> None:
     assert force == pytest.approx(G, abs=0.02)
 
 
-def test_faces_that_do_not_tell_are_refused() -> None:
+def test_faces_that_determine_nothing_are_refused() -> None:
     with pytest.raises(CalibrationError, match="axis y, z never points up or down"):
         calibrate_faces([on_faces(1, FACES[[0, 3]])], Setup())
     rested = on_faces(1, FACES)

@@ -69,7 +69,7 @@ def test_an_encoder_referred_to_ground_is_recognised():
     assert found.estimates["lever arm z"].value == pytest.approx(0.135, abs=0.003)
 
 
-def test_what_a_recording_cannot_tell_stays_as_it_was():
+def test_what_a_recording_does_not_determine_stays_as_it_was():
     poses = simulate("paper", 0.01, 30.0, 3, "poses").recording
     robot = Robot(wheel_radius=0.05, lever_arm=(0.01, 0.02, 0.03), mounting=(0.1, 0.2, 0.3))
     found = calibrate_geometry([poses], Setup(robot=robot))
@@ -116,7 +116,7 @@ def test_real_gyro_and_encoder_on_one_shaft(shared_data):
     assert found["gyro scale y"].value == pytest.approx(1.0, abs=0.02)
 
 
-def test_a_regression_survives_outliers_and_knows_its_error():
+def test_a_regression_survives_outliers_and_states_its_error():
     scores = []
     for seed in range(40):
         generator = np.random.default_rng(seed)

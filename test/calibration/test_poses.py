@@ -48,7 +48,7 @@ def test_hidden_scale_errors_are_undone(world, seed):
 
 
 @pytest.mark.parametrize(("world", "seed"), [("paper", 31), ("W2", 31), ("W2", 32)])
-def test_mounting_and_bias_are_told_apart(world, seed):
+def test_mounting_and_bias_are_separated(world, seed):
     found, simulated = calibrated(world, seed)
     true = simulated.true_setup
     pitch = found.setup.robot.mounting[1] - true.robot.mounting[1]

@@ -100,7 +100,7 @@ def test_wheels_that_are_missing_partial_or_slow_are_noticed() -> None:
 
 
 @pytest.mark.parametrize("every", [20, 30])
-def test_the_cost_of_a_slow_reference_is_told_as_it_is(every: int) -> None:
+def test_the_cost_of_a_slow_reference_is_reported(every: int) -> None:
     slow = replace(swing(), reference=TiltTrack(STAMPS[::every], tilt(TIME)[::every]))
     told = float(the_doubt(slow).partition("about ")[2].split()[0])
     exact = {"exact": TiltTrack(STAMPS, tilt(TIME))}

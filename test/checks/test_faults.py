@@ -276,7 +276,7 @@ def test_the_other_placement_is_a_warning(world: str) -> None:
     assert found.severity is Severity.WARN and "encoder_placement" in found.sentence
 
 
-def test_a_wrong_reference_is_told_from_a_wrong_gyro(drive: Simulated) -> None:
+def test_a_wrong_reference_is_distinguished_from_a_wrong_gyro(drive: Simulated) -> None:
     reference = drive.recording.reference
     assert reference is not None
     backward = replace(drive.recording, reference=replace(reference, tilt=-reference.tilt))

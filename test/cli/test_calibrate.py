@@ -69,7 +69,7 @@ def test_a_fresh_drive_is_estimated_better(bags, calibrated):
     assert all(new < old for new, old in zip(after, before, strict=True)), (before, after)
 
 
-def test_the_files_tell_where_each_value_comes_from(bags, calibrated):
+def test_the_files_say_where_each_value_comes_from(bags, calibrated):
     text = (calibrated / "calibration.yaml").read_text()
     for kind, bag in (("still", "still"), ("poses", "poses"), ("geometry", "drive")):
         assert f"{kind}:" in text and str(bags / bag) in text

@@ -79,7 +79,7 @@ def test_table_and_picture(still, driven, tmp_path, capsys) -> None:
     assert "--overwrite replaces it" in capsys.readouterr().err
 
 
-def test_gaps_and_jitter_are_told(still, tmp_path, capsys) -> None:
+def test_gaps_and_jitter_are_reported(still, tmp_path, capsys) -> None:
     recording = simulate("paper", 0.005, 30.0, 53, "still").recording
     imu, generator = recording.imu, np.random.default_rng(5)
     keep = np.r_[0:1500, 1600 : imu.stamps.size]
@@ -93,7 +93,7 @@ def test_gaps_and_jitter_are_told(still, tmp_path, capsys) -> None:
     assert found["rest"]["duration_s"] == pytest.approx(22.0, abs=0.6)
 
 
-def test_a_recording_with_nothing_to_tell_is_refused(tmp_path, capsys) -> None:
+def test_a_recording_without_anything_to_analyse_is_refused(tmp_path, capsys) -> None:
     recording = simulate("paper", 0.005, 4.0, 54, "still").recording
     write_recording(tmp_path / "bag", replace(recording, reference=None, truth=None))
     assert main(["noise", str(tmp_path / "bag")]) == 1

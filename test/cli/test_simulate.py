@@ -31,7 +31,7 @@ def test_the_truth_can_be_left_out(tmp_path):
     assert read_recording(bag).truth is None
 
 
-def test_an_existing_recording_stays_unless_told_otherwise(tmp_path, capsys):
+def test_an_existing_recording_stays_without_overwrite(tmp_path, capsys):
     bag = str(tmp_path / "drive")
     once = ["simulate", "--duration", "1", "--scene", "still", "-o", bag]
     assert main(once) == 0

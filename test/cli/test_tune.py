@@ -79,7 +79,7 @@ def test_figures_are_those_of_evaluate(drives: Path, tmp_path: Path) -> None:
         assert about["verification_mse_deg2"] == pytest.approx(mean[name]["mse_deg2"], rel=1e-9)
 
 
-def test_an_existing_file_stays_unless_told(
+def test_an_existing_file_stays_without_overwrite(
     drives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "filters.yaml"

@@ -48,7 +48,7 @@ def test_unknown_names_and_periods_are_refused() -> None:
 
 
 @pytest.mark.parametrize("name", presets())
-def test_every_shipped_file_can_be_read_and_knows_its_period(name: str) -> None:
+def test_every_shipped_file_can_be_read_and_has_its_period(name: str) -> None:
     for path in Path(module.__file__).parent.glob(f"{name}/*.yaml"):
         settings = module.read_settings(path)
         assert settings.dt > 0.0, path

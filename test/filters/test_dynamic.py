@@ -105,7 +105,7 @@ def test_the_prediction_is_the_robots_motion() -> None:
     np.testing.assert_allclose(x[:6], state, rtol=5e-3, atol=2e-4)
 
 
-def test_the_force_is_what_the_imu_feels() -> None:
+def test_the_force_is_what_the_imu_measures() -> None:
     p = spatial_parameters(EDUMIP_ROBOT)
     robot = replace(EDUMIP_ROBOT, lever_arm=(0.01, 0.0, 0.06))
     model = coefficients("dynamic_yaw", robot).model
@@ -132,7 +132,7 @@ def test_noise_at_the_printed_period(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["dynamic_yaw", "dynamic_calibrating"])
-def test_they_follow_a_spin_that_they_know(name: str, clean: Spun) -> None:
+def test_they_follow_a_spin_with_known_parameters(name: str, clean: Spun) -> None:
     assert rms(error(name, clean)[LAST]) < 0.001
 
 
@@ -224,7 +224,7 @@ def robot_gravity() -> float:
     return spatial_parameters(Robot()).gravity
 
 
-def test_an_encoder_on_the_ground_tells_the_same(clean: Spun) -> None:
+def test_an_encoder_on_the_ground_gives_the_same(clean: Spun) -> None:
     recording, reference = clean.recording, clean.recording.reference
     assert recording.wheels is not None and reference is not None
     wheels = replace(recording.wheels, angle=recording.wheels.angle + reference.tilt[:, None])

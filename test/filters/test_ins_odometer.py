@@ -193,7 +193,7 @@ def test_learns_what_calibration_left_of_the_accelerometer() -> None:
     assert np.mean(figures[0.03]) < 0.9 * np.mean(figures[0.0])
 
 
-def test_turning_tells_the_cross_axis_of_the_gyro() -> None:
+def test_turning_shows_the_cross_axis_of_the_gyro() -> None:
     world = world_named("W4")
     errors = []
     for seed in UNSEEN:

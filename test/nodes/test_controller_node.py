@@ -271,7 +271,7 @@ def test_its_end_cuts(graph: Any) -> None:
     assert tuple(received[-1].data) == CUT and tuple(received[-2].data) != CUT
 
 
-def test_what_nothing_can_be_made_of_is_told(graph: Any) -> None:
+def test_what_cannot_be_used_is_reported(graph: Any) -> None:
     node = controller_in(graph)
     imu = graph.probe.create_publisher(Imu, "imu/data", 10)
     graph.settle()

@@ -266,7 +266,7 @@ def test_a_simulated_clock_stamps_what_has_no_stamp(graph: Any, peer: Any) -> No
     assert node._live.scores(delays=False)["theirs"].max_abs_deg == pytest.approx(0.0, abs=1e-9)
 
 
-def test_why_an_estimator_is_not_compared_is_told(graph: Any, peer: Any) -> None:
+def test_why_an_estimator_is_not_compared_is_reported(graph: Any, peer: Any) -> None:
     entries = ["text=/words", "stopped=/other/imu", "old=imu/data"]
     node = evaluator(graph, estimators=entries)
     words = peer.create_publisher(String, "words", 10)

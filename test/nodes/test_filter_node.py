@@ -236,7 +236,7 @@ def test_a_missing_transform_message_is_said_not_fatal(graph: Any, sensors: Any)
     )
 
 
-def test_motor_commands_are_heard_once_a_filter_uses_them(graph: Any) -> None:
+def test_motor_commands_are_subscribed_once_a_filter_uses_them(graph: Any) -> None:
     node = filter_in(graph, filter="complementary")
     graph.settle()
     assert graph.probe.count_subscribers("motor/command") == 0

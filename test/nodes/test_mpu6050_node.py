@@ -52,7 +52,7 @@ def _change(graph: Any, transition: str) -> bool:
 
 
 @pytest.mark.parametrize("reading", ["burst", "fifo"])
-def test_it_publishes_what_the_chip_feels_without_being_asked(graph: Any, reading: str) -> None:
+def test_it_publishes_what_the_chip_measures_without_being_asked(graph: Any, reading: str) -> None:
     received = graph.collect(Imu, "imu/data_raw")
     _start(graph, simulated=True, mpu6050__reading=reading, mpu6050__poll_rate=100.0)
     graph.spin_until(lambda: len(received) >= 100)

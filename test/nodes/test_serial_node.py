@@ -112,7 +112,7 @@ def test_a_port_that_was_unplugged_is_opened_again(graph: Any, terminal: Termina
     graph.spin_until(lambda: len(imu) == 3)
 
 
-def test_a_silent_port_is_an_error_in_words(graph: Any, terminal: Terminal) -> None:
+def test_a_port_without_data_is_an_error_in_words(graph: Any, terminal: Terminal) -> None:
     node = graph.add(SerialNode(**graph.options(port=str(terminal.link), format="frames")))
     graph.spin_until(lambda: node.is_settled)
     report = node.report()

@@ -144,7 +144,7 @@ def test_real_time_keeps_its_rate_and_its_messages_are_whole(graph: Any) -> None
     assert len(joints[-1].position) == len(joints[-1].velocity) == len(joints[-1].effort) == 2
 
 
-def test_services_disturb_and_a_fall_is_told(graph: Any) -> None:
+def test_services_disturb_and_a_fall_is_published(graph: Any) -> None:
     node = simulator_in(graph, held=False)
     fallen = graph.collect(Bool, "simulator_node/fallen")
     assert node.set_parameters([Parameter("push_force", value=9.0)])[0].successful

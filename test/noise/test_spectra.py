@@ -45,7 +45,7 @@ def test_the_motion_s_band_ends_above_its_fast_part() -> None:
     assert 0.7 < band_of(spectrum(TILT, PERIOD)) < 1.6
 
 
-def test_what_follows_the_motion_is_told_from_what_does_not() -> None:
+def test_what_follows_the_motion_is_separated_from_what_does_not() -> None:
     apart = angle_noise(NOISE, TILT, PERIOD)
     mixed = angle_noise(NOISE + 0.2 * TILT, TILT, PERIOD)
     assert apart.snr_db == pytest.approx(10.0 * np.log10(54.5 / 4.0), abs=0.3)

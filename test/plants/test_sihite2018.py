@@ -141,7 +141,7 @@ def test_without_yaw_it_is_laddachs_plant() -> None:
         assert found[2] == 0.0
 
 
-def test_what_an_imu_feels_is_the_motion_of_its_place() -> None:
+def test_what_an_imu_measures_is_the_motion_of_its_place() -> None:
     """Differentiate the sensor's position twice along a path, and its attitude once."""
     lever, p = (0.02, -0.03, 0.05), EDUMIP
     tilt, heading, travel = (

@@ -57,7 +57,7 @@ def test_the_calibrating_filter_beats_every_printed_one_at_10_rad_s(
     assert means(table, CALIBRATING, imu)[FAST] < 0.2 * min(ours)
 
 
-def test_a_complementary_filter_that_is_told_the_offset_needs_no_model(
+def test_a_complementary_filter_with_the_offset_needs_no_model(
     table: dict[str, Any],
 ) -> None:
     assert max(means(table, CORRECTED)) < 0.0075

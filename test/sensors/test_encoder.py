@@ -163,7 +163,7 @@ def test_settings_without_meaning_are_refused(name: str, value: float) -> None:
         EncoderSettings(**{name: value})
 
 
-def test_a_simulated_reference_knows_where_upright_is() -> None:
+def test_a_simulated_reference_is_zero_when_upright() -> None:
     clock = 300_000_000
     settings = JointEncoderSettings(
         role=Role.REFERENCE, simulated=True, encoder=EncoderSettings(counts_per_turn=2000)

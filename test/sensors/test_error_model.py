@@ -72,7 +72,7 @@ def test_readings_are_whole_counts():
     assert np.all(np.abs(np.subtract(reading, exact))[3:] <= 0.5 * ACCEL_RESOLUTION + 1e-12)
 
 
-def test_a_gyro_that_reads_low_and_feels_acceleration():
+def test_a_gyro_that_reads_low_and_is_sensitive_to_acceleration():
     errors = imu_errors(PAPER, IDEAL.calibration, 1)._replace(digital=False)
     upright = (0.0, 0.0, STANDARD_GRAVITY)
     assert read((0.0, 2.0, 0.0), upright, NOTHING, SILENT, errors)[1] == pytest.approx(1.95)

@@ -63,7 +63,9 @@ def test_the_scales_are_those_of_the_data_sheet() -> None:
 
 
 @pytest.mark.parametrize(("gyro", "accel"), [(250, 2), (500, 4), (1000, 8), (2000, 16)])
-def test_what_the_chip_feels_comes_back_in_every_range(clock: Any, gyro: int, accel: int) -> None:
+def test_what_the_chip_measures_comes_back_in_every_range(
+    clock: Any, gyro: int, accel: int
+) -> None:
     chip = SimulatedMpu6050(clock, motion=lambda _: MOTION)
     device = _set_up(chip, clock, gyro_range_deg=gyro, accel_range_g=accel)
     # Five standard errors of 200 samples with the chip's noise.

@@ -173,7 +173,7 @@ def test_poses_reach_eighty_degrees_and_hold_still():
     assert abs(float(np.mean(forward[held]))) < 0.005
 
 
-def test_worlds_tell_the_estimator_something_wrong():
+def test_worlds_give_the_estimator_wrong_parameters():
     true, told = simulate("W2", 0.02, 1.0, 1).true_setup, simulate("W2", 0.02, 1.0, 1).setup
     assert told == Setup(Robot(gyro_delay=PAPER.gyro_lag), PAPER.calibration)
     assert abs(true.robot.wheel_radius / told.robot.wheel_radius - 1.0) == pytest.approx(0.01)

@@ -60,7 +60,7 @@ def position(of: np.ndarray) -> np.ndarray:
     return middle + rotations().apply(of)
 
 
-def test_the_accelerometer_feels_the_second_difference_of_the_position() -> None:
+def test_the_accelerometer_measures_the_second_difference_of_the_position() -> None:
     path = position(np.array(ARM))
     acceleration = (path[2:] - 2.0 * path[1:-1] + path[:-2]) / STEP**2
     acceleration[:, 2] += STANDARD_GRAVITY
@@ -71,7 +71,7 @@ def test_the_accelerometer_feels_the_second_difference_of_the_position() -> None
     assert np.ptp(expected[:, 1]) > 3.0  # turning has an effect
 
 
-def test_the_gyro_feels_the_difference_of_the_attitude() -> None:
+def test_the_gyro_measures_the_difference_of_the_attitude() -> None:
     turned = (rotations()[:-2].inv() * rotations()[2:]).as_rotvec() / (2.0 * STEP)
     rate = imu_input(PLANAR, TURNING, ARM).rate[1:-1]
     np.testing.assert_allclose(rate[2:-2], turned[2:-2], atol=1e-5)

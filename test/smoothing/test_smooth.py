@@ -37,7 +37,7 @@ def corrected_of(simulated: Simulated) -> CorrectedTrack:
     return correct(pair(simulated.recording.imu, simulated.recording.wheels), simulated.setup)
 
 
-def test_hindsight_halves_the_filter_s_error_and_knows_its_own(rigs):
+def test_hindsight_halves_the_filter_s_error_and_states_its_own(rigs):
     causal, smoothed, normalised = [], [], []
     entry = filter_named(SMOOTHER)
     for each in rigs:

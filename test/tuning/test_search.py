@@ -55,7 +55,7 @@ def test_many_parameters_are_refined_by_a_few_steps_unless_thoroughly() -> None:
     assert thorough.figure < 1e-3 < quick.figure < 0.5 * bowl(dict.fromkeys(MANY, 1.0))
 
 
-def test_progress_hears_of_every_evaluation_and_may_stop() -> None:
+def test_progress_is_called_for_every_evaluation_and_may_stop() -> None:
     heard: list[float] = []
 
     def watch(best: float, values: Mapping[str, float]) -> None:

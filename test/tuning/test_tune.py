@@ -81,20 +81,20 @@ def test_r_of_a_kalman_filter_is_called_not_identifiable(task: TuningTask) -> No
 
 
 @pytest.mark.parametrize(("verification", "warned"), [(1.9, False), (2.1, True), (None, False)])
-def test_over_fit_is_told(verification: float | None, warned: bool) -> None:
+def test_over_fit_is_reported(verification: float | None, warned: bool) -> None:
     entry = filter_named("complementary")
     values = {"time_constant": 1.0}
     found = warnings_for(entry, values, 0.01, 1.0, verification, lambda v: v["time_constant"])
     assert any("over-fit" in text for text in found) == warned
 
 
-def test_a_parameter_that_does_nothing_is_told() -> None:
+def test_a_parameter_that_does_nothing_is_reported() -> None:
     entry = filter_named("complementary")
     (warning,) = warnings_for(entry, {"time_constant": 1.0}, 0.01, 1.0, 1.0, lambda values: 1.0)
     assert "complementary.time_constant: halved or doubled" in warning
 
 
-def test_saturation_is_told(task: TuningTask) -> None:
+def test_saturation_is_reported(task: TuningTask) -> None:
     saturated = replace(task.training[0], source="bag_7", saturated=0.02)
     (warning,) = saturation_warnings([saturated, replace(saturated, saturated=0.0)])
     assert warning.startswith("bag_7: 2.00 % of the samples are saturated")

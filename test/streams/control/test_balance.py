@@ -154,7 +154,7 @@ def test_commands_are_limited_ramped_and_forgotten():
     assert targets[-1] == 0.0
 
 
-def test_a_robot_that_does_not_know_its_heading_does_not_turn():
+def test_a_robot_without_heading_does_not_turn():
     live, now = balancing()
     live.command(now, 0.0, 2.0)
     left, right = fed(live, now + PERIOD)

@@ -113,7 +113,7 @@ def test_no_more_is_under_way_than_the_window_allows() -> None:
     assert most <= 9  # four of each topic, and one that was let through meanwhile
 
 
-def test_a_consumer_that_falls_silent_is_not_waited_for_for_ever(
+def test_a_consumer_that_stops_is_not_waited_for_forever(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("twbr_estimation.streams.replay.player.STALL_LIMIT", 0.01)

@@ -139,7 +139,7 @@ def test_reset_begins_again_and_stamps_go_on() -> None:
     assert again[0].stamp == before + PERIOD
 
 
-def test_sensors_with_a_clock_of_their_own_see_the_past() -> None:
+def test_sensors_with_a_clock_of_their_own_report_the_past() -> None:
     made = simulator(world="paper")
     made.begin_at(10**9)
     readings = made.advance(10)
