@@ -3,7 +3,8 @@ FROM ros:jazzy-ros-base
 
 WORKDIR /robot_ws
 COPY . src/twbr_estimation
-RUN apt-get update \
+# hadolint ignore=DL3008
+RUN apt-get update && apt-get install -y --no-install-recommends python3-pip \
     && rosdep update --rosdistro jazzy \
     && PIP_BREAK_SYSTEM_PACKAGES=1 rosdep install --from-paths src --ignore-src -y --rosdistro jazzy \
     && . /opt/ros/jazzy/setup.sh && colcon build \
