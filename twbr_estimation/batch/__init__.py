@@ -1,4 +1,4 @@
-"""Correction and filters over whole recordings, by the very functions of the live path."""
+"""Correction and filters over whole recordings, by the functions of the live path."""
 
 from __future__ import annotations
 

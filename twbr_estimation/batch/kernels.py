@@ -88,7 +88,7 @@ def filter_kernel(entry: Filter) -> Any:
 
 
 def is_ours(entry: Filter) -> bool:
-    """Return whether all that a filter's loop consists of belongs to this package."""
+    """Return whether every function of a filter's loop belongs to this package."""
     package = __name__.partition(".")[0]
     parts = (entry.step, entry.reset, entry.state, entry.parameters)
     return all(part.__module__.partition(".")[0] == package for part in parts)

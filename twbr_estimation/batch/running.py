@@ -51,7 +51,7 @@ def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
 
 
 def correct_compiled(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
-    """Do what `correct` does by the compiled loop, however short the track."""
+    """Correct as `correct` does, always by the compiled loop."""
     corrected = np.empty((len(CorrectedSample._fields), samples.stamps.size))
     if samples.stamps.size == 0:
         return CorrectedTrack(samples.stamps, corrected)
@@ -109,7 +109,7 @@ def _interpret(
 def run_compiled(
     entry: Filter, parameters: Any, corrected: CorrectedTrack, robot: Robot, state: Any | None
 ) -> EstimateTrack:
-    """Do what `run_filter` does by the compiled loop, however short the track."""
+    """Run a filter as `run_filter` does, always by the compiled loop."""
     estimates = np.zeros((len(TiltEstimate._fields), corrected.stamps.size))
     if corrected.stamps.size == 0:
         return EstimateTrack(corrected.stamps, estimates, state)

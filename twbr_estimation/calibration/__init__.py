@@ -1,1 +1,1 @@
-"""What is wrong with one robot's sensors and what its geometry is, from recordings."""
+"""Errors of one robot's sensors, and its geometry, from recordings."""

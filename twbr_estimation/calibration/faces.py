@@ -35,7 +35,7 @@ _WIDE = (-20.0, 20.0)
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """What the faces show of one axis."""
+    """Result of one axis."""
 
     bias: float
     bias_error: float

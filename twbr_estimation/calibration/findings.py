@@ -1,4 +1,4 @@
-"""What a calibration found, quantity by quantity, for a table and for a file."""
+"""Results of a calibration, quantity by quantity, for a table and for a file."""
 
 from __future__ import annotations
 

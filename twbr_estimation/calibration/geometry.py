@@ -139,7 +139,7 @@ def _gyro_estimates(fit: GyroFit, wide: GyroFit, setup: Setup) -> dict[str, Esti
 def _placement(
     drives: Sequence[Signals], gyro: GyroFit
 ) -> tuple[Estimate, EncoderPlacement | None, float]:
-    """Return the share of the body's turn in the encoder and what it means."""
+    """Return the share of the body's turn in the encoder, and the placement that follows."""
     fit = fit_kinematics(drives, WIDTH, gyro.delay, None)
     wide = fit_kinematics(drives, WIDER, gyro.delay, None)
     turn, change = fit.values["body_turn"], wide.values["body_turn"]
@@ -157,7 +157,7 @@ def _placement(
 
 
 def _by_smoothing(name: str, estimate: Estimate) -> Estimate:
-    """Return what an estimate is worth whose reference comes from the same gyro and wheels."""
+    """Return an estimate with the error it has when the reference comes from the same sensors."""
     if name in OWN:
         return Estimate(None, None, "the smoothed reference comes from this gyro")
     if estimate.error is None:
@@ -166,7 +166,7 @@ def _by_smoothing(name: str, estimate: Estimate) -> Estimate:
 
 
 def _less_certain(estimates: dict[str, Estimate]) -> dict[str, Estimate]:
-    """Return estimates for a placement that was taken as known, with what that may cost.
+    """Return estimates for a placement that was assumed, with the error that this adds.
 
     Readings that hide the placement distort lengths, too: by some 3 %.
     """

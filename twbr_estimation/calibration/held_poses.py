@@ -1,4 +1,4 @@
-"""Where a recording holds still at known angles."""
+"""The stretches of a recording at rest at known angles."""
 
 from __future__ import annotations
 

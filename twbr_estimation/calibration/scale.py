@@ -20,7 +20,7 @@ from ..robot import POLYNOMIAL_DEGREE
 
 @dataclass(frozen=True, slots=True)
 class Degree:
-    """How well one degree does."""
+    """Errors of one degree."""
 
     degree: int
     training: float
@@ -33,7 +33,7 @@ class Degree:
 
 @dataclass(frozen=True, slots=True)
 class ScaleFit:
-    """A chosen polynomial and what it was chosen from."""
+    """The chosen polynomial and the candidates."""
 
     polynomial: tuple[float, ...]
     """Coefficients of p, p^2, ..."""

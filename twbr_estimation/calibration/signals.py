@@ -134,7 +134,7 @@ def _required_reference(recording: Recording) -> TiltTrack:
 
 
 def _without_long_gaps(stamps: StampArray) -> Callable[[StampArray], FloatArray]:
-    """Return what turns stamps [ns] into times since the first [s], long gaps shortened.
+    """Return the function from stamps [ns] to times since the first [s], long gaps shortened.
 
     A clock that is set in the middle of a recording leaves a gap of years, which an even grid
     must not fill. Shortened, it still separates what lies before and after.

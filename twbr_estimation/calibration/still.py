@@ -32,7 +32,7 @@ WINDOWS = 50
 
 @dataclass(frozen=True, slots=True)
 class StillOptions:
-    """How the robot stood, and what is shown."""
+    """Pose of the robot, and the windows that are shown."""
 
     tilt: float | None = None
     """Tilt of the robot [rad]; None takes the reference's mean, or upright without one."""

@@ -1,4 +1,4 @@
-"""What the system says about a file, as an error of this package."""
+"""Errors of the system about a file, as errors of this package."""
 
 from __future__ import annotations
 
@@ -43,5 +43,5 @@ def _free(folder: Path) -> int:
 
 
 def reason_of(error: OSError) -> str:
-    """Return what the system says, without Python's numbers and quotes."""
+    """Return the system's message, without Python's numbers and quotes."""
     return os.strerror(error.errno).lower() if error.errno else str(error)

@@ -17,7 +17,7 @@ _BUSY = (errno.EAGAIN, errno.EACCES)
 
 
 def own(descriptor: int) -> None:
-    """Mark an open file as that of a running process; file systems without locks go without."""
+    """Mark an open file as that of a running process, where the file system has locks."""
     with suppress(OSError):
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
@@ -41,7 +41,7 @@ def directory_locked(folder: Path) -> Iterator[None]:
     """Hold a folder against other writers for a moment.
 
     Where the folder may not be listed or its file system has no locks, nothing is held: each
-    writer's temporary names are its own, and the last one to finish rules.
+    writer's temporary names are its own, and the last one to finish wins.
 
     Raises:
         TimeoutError: another process holds it for longer than half a minute.

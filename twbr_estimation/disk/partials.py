@@ -1,4 +1,4 @@
-"""What a writer leaves under a temporary name, and how it is flushed, found and removed."""
+"""Files under temporary names: how they are flushed, found and removed."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _NO_FOLDER_SYNC = (22, 95)  # EINVAL, EOPNOTSUPP: file systems that cannot flush
 
 
 def clean_up(target: Path) -> None:
-    """Remove what killed writers of `target` left; bring back a folder that they had put aside."""
+    """Remove what killed writers of `target` left; restore a folder that they had moved."""
     for leftover in leftovers(target):
         if leftover.is_dir():
             lock = locked(leftover)
@@ -66,7 +66,7 @@ def clean_up(target: Path) -> None:
 
 
 def leftovers(target: Path) -> list[Path]:
-    """Return what writers of `target` have under temporary names, alive or dead."""
+    """Return the temporary files of writers of `target`, running or killed."""
     prefix = f".{target.name}."
     try:
         names = os.listdir(target.parent)
@@ -99,5 +99,5 @@ def _bring_back(holder: Path, target: Path) -> None:
 
 
 def discard(holder: Path) -> None:
-    """Delete a folder, without complaint."""
+    """Delete a folder; errors are ignored."""
     shutil.rmtree(holder, ignore_errors=True)

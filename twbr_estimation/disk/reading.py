@@ -74,7 +74,7 @@ def read_text(path: Path, limit: int, error: type[TwbrError]) -> str:
 
 
 def exists(path: Path) -> bool:
-    """Return whether something is at `path`; what must not be looked at counts as not there."""
+    """Return whether `path` exists; a path that may not be read counts as absent."""
     try:
         return path.exists()
     except OSError:
@@ -82,7 +82,7 @@ def exists(path: Path) -> bool:
 
 
 def is_folder(path: Path) -> bool:
-    """Return whether `path` is a folder; what must not be looked at counts as none."""
+    """Return whether `path` is a folder; a path that may not be read counts as none."""
     try:
         return path.is_dir()
     except OSError:

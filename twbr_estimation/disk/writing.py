@@ -1,7 +1,7 @@
 """Write files and folders whole or not at all.
 
-What is written grows under a temporary name beside its target, is flushed to the disk, and then
-takes the target's place in one step. A process that is killed, a full disk or an exception
+The content is written under a temporary name beside its target and flushed to the disk; then it
+replaces the target in one step. A process that is killed, a full disk or an exception
 leaves the old content or the new, never a part of it. What a killed process left behind is
 removed by the next writer of the same target; a lock that dies with its process distinguishes it
 from the work of a writer that still runs.
@@ -43,7 +43,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_texts(contents: Mapping[Path, str]) -> None:
-    """Write several text files: none takes its place before all are on the disk.
+    """Write several text files: all are on the disk before the first replaces its target.
 
     Raises:
         WritingError: one cannot be written; where it is known before the first takes its place,
@@ -59,7 +59,7 @@ def write_texts(contents: Mapping[Path, str]) -> None:
 
 @contextmanager
 def whole_file(path: Path, needed: int = 0, replace: bool = True) -> Iterator[Path]:
-    """Give a temporary file to write, which takes the place of `path` at the end.
+    """Yield a temporary file to write, which replaces `path` at the end.
 
     A device or pipe (`/dev/stdout`) is given itself: there is nothing to replace. Missing
     folders are made.
@@ -84,7 +84,7 @@ def whole_file(path: Path, needed: int = 0, replace: bool = True) -> Iterator[Pa
 
 @contextmanager
 def whole_folder(path: Path, needed: int = 0, replace: bool = True) -> Iterator[Path]:
-    """Give the path of a folder to make, which takes the place of `path` at the end.
+    """Yield the path of a folder to make, which replaces `path` at the end.
 
     Args:
         path: folder to make or to replace; its name is that of the given path.
@@ -159,7 +159,7 @@ def _replaced_folder(target: Path, replace: bool) -> Iterator[Path]:
 
 @contextmanager
 def _parents_made(folder: Path) -> Iterator[None]:
-    """Make a folder with those above it; those made go again where the work fails."""
+    """Make a folder with its parents; those made are removed again where the work fails."""
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""A recording that is read, paired and corrected once, and what filters make of it."""
+"""A recording that is read, paired and corrected once, and the results of filters on it."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ Values = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """One recording, ready for filters: `load` makes it from a file, `simulate` from nothing."""
+    """One recording, ready for filters; made by `load` from a file, or by `simulate`."""
 
     recording: Recording
     setup: Setup = field(default_factory=Setup)
@@ -69,7 +69,7 @@ class Drive:
 
     @cached_property
     def corrected(self) -> CorrectedTrack:
-        """What the filters get: corrected samples, combined for the period of the loop."""
+        """Input of the filters: corrected samples, combined for the period of the loop."""
         if self.loop_period > 0.0:
             return oversampled(self.corrected_samples, self.loop_period)
         return self.corrected_samples

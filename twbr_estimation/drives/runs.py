@@ -1,4 +1,4 @@
-"""What filters made of one recording: estimates, figures, a plot, a table."""
+"""Results of filters on one recording: estimates, figures, a plot, a table."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Runs(Mapping[str, EstimateTrack]):
         estimates: Mapping[str, EstimateTrack],
         smoothed: SmoothedTrack | None = None,
     ) -> None:
-        """Hold what was run; `Drive.run` makes it.
+        """Keep the results; `Drive.run` makes it.
 
         Args:
             drive: the recording.

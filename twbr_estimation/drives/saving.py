@@ -1,4 +1,4 @@
-"""A recording written once more, with the smoothed tilt as its reference."""
+"""A copy of a recording with the smoothed tilt as its reference."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .runs import Runs
 
 
 def save_with_reference(target: Path, runs: Runs, source: Path) -> None:
-    """Write a recording that had no reference once more, with its smoothed tilt as reference.
+    """Write a copy of a recording without reference, with its smoothed tilt as reference.
 
     Args:
         target: directory to create.

@@ -1,4 +1,4 @@
-"""What a peer is: another project's estimator of attitude from gyro and accelerometer."""
+"""The interface of a peer: another project's estimator of attitude from gyro and accelerometer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..recording import FloatArray
 
 
 class Inertial(NamedTuple):
-    """What a peer gets: corrected samples in body axes, evenly spaced."""
+    """Input of a peer: corrected samples in body axes, evenly spaced."""
 
     gyro: FloatArray
     """Angular rate [rad/s], (n, 3)."""

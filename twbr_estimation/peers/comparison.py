@@ -93,7 +93,7 @@ def compare(drive: Drive, peers: Iterable[Peer] = PEERS, ours: Sequence[str] = O
 
 
 def inertial(corrected: CorrectedTrack) -> Inertial:
-    """Return what peers get of corrected samples."""
+    """Return corrected samples as the input of peers."""
     gyro, accel = (
         np.column_stack([corrected.field(f"{kind}_{axis}") for axis in "xyz"])
         for kind in ("gyro", "accel")
