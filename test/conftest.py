@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +14,8 @@ import pytest
 from twbr_estimation.recording import ImuTrack, WheelTrack
 
 os.environ["TWBR_NO_BACKGROUND"] = "1"  # no process is left behind by a test
+_CACHE = tempfile.TemporaryDirectory(prefix="twbr-test-")
+os.environ["XDG_CACHE_HOME"] = _CACHE.name  # no result of another run is taken for one of this
 CHECKOUT = Path(__file__).resolve().parent.parent
 
 

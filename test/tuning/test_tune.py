@@ -18,7 +18,8 @@ from twbr_estimation.tuning.filter import (
     tune_filter,
 )
 from twbr_estimation.tuning.findings import saturation_warnings, warnings_for
-from twbr_estimation.tuning.workers import ThisProcess, tune_filters
+from twbr_estimation.tuning.several import tune_filters
+from twbr_estimation.workers import ThisProcess
 
 
 def test_the_time_constants_found_are_better_than_their_neighbours(task: TuningTask) -> None:

@@ -14,6 +14,7 @@ from ..errors import RecordingError
 from .packed_files import PACKED_SUFFIXES
 
 _METADATA = "metadata.yaml"
+_CONFIGURATION = "config"
 _METADATA_SIZE = 1 << 24
 _METADATA_VALUES = 300_000
 _PLAIN = (".mcap", ".db3", ".bag")
@@ -46,8 +47,13 @@ def bag_files(path: Path) -> tuple[list[Path], Counter[str]]:
     return there, Counter()
 
 
+def is_bag_name(name: str) -> bool:
+    """Return whether a file of this name is a bag, packed or not."""
+    return name.endswith(_SUFFIXES)
+
+
 def _bags_in(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.name.endswith(_SUFFIXES))
+    return sorted(file for file in folder.iterdir() if is_bag_name(file.name))
 
 
 def _listed(folder: Path, there: list[Path]) -> tuple[list[Path], Counter[str]]:
@@ -105,7 +111,8 @@ def recordings_below(path: Path) -> list[Path]:
     """Return the recordings of a directory tree; a recording itself gives itself.
 
     A directory with `metadata.yaml`, or with files that bear its own name (their recorder was
-    killed), is one recording. In another one every bag file is a separate recording.
+    killed), is one recording, and so is one with a single bag file beside its configuration. In
+    another one every bag file is a separate recording.
 
     Raises:
         RecordingError: nothing there, or no recording below it.
@@ -125,11 +132,14 @@ def recordings_below(path: Path) -> list[Path]:
 
 def _below(folder: Path) -> list[Path]:
     entries = sorted(folder.iterdir())
-    bags = [entry for entry in entries if entry.name.endswith(_SUFFIXES)]
+    bags = [entry for entry in entries if is_bag_name(entry.name)]
     if (folder / _METADATA).exists() or any(_named_after(folder, bag) for bag in bags):
         return [folder]
-    for entry in entries:
-        if entry.is_dir() and not entry.name.endswith(PARTIAL):
+    folders = [entry for entry in entries if entry.is_dir()]
+    if len(bags) == 1 and [each.name for each in folders] == [_CONFIGURATION]:
+        return [folder]
+    for entry in folders:
+        if not entry.name.endswith(PARTIAL):
             bags += _below(entry)
     return bags
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -55,6 +55,11 @@ def as_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
         }
         for each in findings
     ]
+
+
+def from_json(findings: Sequence[Mapping[str, Any]]) -> list[Finding]:
+    """Return the findings of `as_json`; a list of numbers stays one where it was a tuple."""
+    return [Finding(**{**each, "severity": Severity[each["severity"]]}) for each in findings]
 
 
 def _finite(ratio: float | None) -> float | None:

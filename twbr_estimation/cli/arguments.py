@@ -5,24 +5,20 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
 
 from ..bags import TopicNames
 from ..bags.topics import ROLES
-from ..batch.precompile import Report, compile_later, compile_missing
-from ..batch.running import COMPILE_AFTER
+from ..batch.precompile import compile_later
 from ..configuration.of_recording import TERMS
-from ..drives import Runs, load
 from ..drives.drive import chosen
 from ..drives.loading import require_period
+from ..drives.request import RunRequest
 from ..errors import ConfigurationError
 from ..scoring.errors import ScoringOptions
 from ..scoring.estimator_topics import FORM
-from ..smoothing import Progress
 
 FLAGS = {
     "names": "--filter",
@@ -48,9 +44,23 @@ def in_flags(message: str) -> str:
     return re.sub(r"`([\w.]+)`", lambda found: FLAGS.get(found[1], found[0]), message)
 
 
-def add_recordings(parser: argparse.ArgumentParser, count: int | str = "+") -> None:
-    """Add `count` recordings (one or more) and the names of their topics and joints."""
-    parser.add_argument("bags", nargs=count, type=Path, metavar="BAG", help="recordings")
+def add_recordings(
+    parser: argparse.ArgumentParser, count: int | str = "+", many: bool = False
+) -> None:
+    """Add `count` recordings (one or more) and the names of their topics and joints.
+
+    With `many` they stay text, for `campaign.recordings_at`.
+    """
+    parser.add_argument(
+        "bags",
+        nargs=count,
+        type=str if many else Path,
+        metavar="BAG",
+        help="recordings, folders that hold some, patterns such as 'runs/**/*.mcap', or addresses "
+        "that fsspec opens"
+        if many
+        else "recordings",
+    )
     group = parser.add_argument_group("names in the recordings")
     defaults = TopicNames()
     for role in ROLES:
@@ -98,9 +108,9 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_request(parser: argparse.ArgumentParser) -> None:
+def add_request(parser: argparse.ArgumentParser, many: bool = False) -> None:
     """Add recordings, filters, settings and comparison: all that `request_of` reads."""
-    add_recordings(parser)
+    add_recordings(parser, many=many)
     parser.add_argument(
         "--filter",
         action="append",
@@ -174,56 +184,6 @@ def request_of(arguments: argparse.Namespace) -> RunRequest:
         loop_period=arguments.loop_period,
         smooth=arguments.smooth,
     )
-
-
-@dataclass(frozen=True, slots=True)
-class RunRequest:
-    """Options of a command line for each recording."""
-
-    names: tuple[str, ...]
-    """Filters to run."""
-    values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    preset: str | None = None
-    config: Path | None = None
-    terms: tuple[str, ...] | None = None
-    topics: TopicNames = field(default_factory=TopicNames)
-    estimators: Mapping[str, str] = field(default_factory=dict)
-    options: ScoringOptions = field(default_factory=ScoringOptions)
-    loop_period: float = 0.0
-    smooth: bool = False
-
-    def runs(
-        self,
-        bag: Path,
-        reference: bool,
-        progress: Progress = lambda share: None,
-        compiling: Report = lambda done, total: None,
-    ) -> Runs:
-        """Run the filters on one recording.
-
-        Args:
-            bag: the recording.
-            reference: whether it must have a reference, or be smoothed.
-            progress: called with the share of the smoothing that is done.
-            compiling: called with how many loops are compiled, and of how many.
-
-        Raises:
-            TwbrError: the recording or the configuration cannot be used.
-        """
-        drive = load(
-            bag,
-            config=self.config,
-            preset=self.preset,
-            terms=self.terms,
-            loop_period=self.loop_period,
-            topics=self.topics,
-            estimators=self.estimators,
-            options=self.options,
-            required=("reference",) if reference and not self.smooth else (),
-        )
-        if drive.recording.imu.stamps.size > COMPILE_AFTER:
-            compile_missing(chosen(self.names), compiling)
-        return drive.run(*self.names, values=self.values, smooth=self.smooth, progress=progress)
 
 
 def finish_compiling(request: RunRequest, console: Console) -> None:

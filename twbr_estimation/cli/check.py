@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
-from ..checks.finding import Finding, Severity, worst
-from ..checks.suitability import suitability
-from ..checks.table import as_json, print_findings
-from ..drives import Drive, load
+from ..campaign import Failure, recordings_at
+from ..campaign.checking import Checking
+from ..campaign.running import WHOLE
+from ..checks.finding import Severity, worst
+from ..checks.table import from_json, print_findings
 from ..scoring.table import write_json
 from .arguments import add_recordings, add_settings, topic_names
+from .main import INTERRUPTED
+from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
 
 
 def add_parser(subparsers: Any) -> None:
@@ -21,48 +26,54 @@ def add_parser(subparsers: Any) -> None:
         "check",
         help="whether sensors, wheels, units, signs, axes and clocks are right",
         description="The acceptance test of a robot: drive it by hand or let it balance for a "
-        "minute, with some seconds at rest. Exit status 1 if anything FAILs, else 0.",
+        "minute, with some seconds at rest. Exit status 1 if anything FAILs or "
+        "a recording cannot be read, else 0.",
     )
-    add_recordings(parser)
+    add_recordings(parser, many=True)
     add_settings(parser)
+    add_many(parser)
     parser.add_argument("--json", metavar="FILE", help="also write the findings; - for stdout")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Check, print a table for each recording, and return 1 where something fails."""
+    places = recordings_at(arguments.bags)
     console = Console(stderr=arguments.json == "-")
-    found: dict[str, list[Finding]] = {}
-    for bag in arguments.bags:
-        drive = load(
-            bag,
-            config=arguments.config,
-            preset=arguments.preset,
-            topics=topic_names(arguments),
-        )
-        found[str(bag)] = _findings(drive)
-        _print(console, drive, found[str(bag)])
+    job = Checking(topic_names(arguments), arguments.config, arguments.preset)
+    failures: Sequence[Failure] = ()
+    if is_single(arguments, places):
+        path = Path(places[0])
+        found = {places[0]: job.run(job.open(places[0], path), WHOLE)}
+    else:
+        with table_of(arguments) as table:
+            try:
+                done = carried_out(arguments, job, places, table)
+            except Interrupted:
+                return INTERRUPTED
+            results = [done.results(number) for number in range(len(places))]
+        failures = done.failures()
+        found = {
+            place: result[WHOLE]
+            for place, result in zip(places, results, strict=True)
+            if WHOLE in result
+        }
+    for place, result in found.items():
+        _print(console, place, result)
     if arguments.json is not None:
-        write_json(arguments.json, {"recordings": [_document(*each) for each in found.items()]})
-    everything = [finding for findings in found.values() for finding in findings]
-    return 1 if worst(everything) is Severity.FAIL else 0
+        failed = [{"source": each.place, "reason": str(each)} for each in failures]
+        document = {"recordings": [_document(*each) for each in found.items()]}
+        write_json(arguments.json, {**document, "failed": failed} if failed else document)
+    severities = [worst(from_json(result["findings"])) for result in found.values()]
+    status = print_failures(Console(stderr=True), failures)
+    return 1 if Severity.FAIL in severities else status
 
 
-def _findings(drive: Drive) -> list[Finding]:
-    repairs = [
-        Finding(Severity.WARN, "bag", "repair", f"repaired: {repair}: {count}")
-        for repair, count in drive.recording.repairs.items()
-    ]
-    notes = [Finding(Severity.WARN, "robot", "description", note) for note in drive.notes]
-    found = [*notes, *repairs, *drive.findings]
-    return [*found, *suitability(drive.recording, found)]
+def _print(console: Console, source: str, result: Mapping[str, Any]) -> None:
+    title = f"{source}: {result['samples']} samples, {result['duration_s']:.1f} s"
+    print_findings(console, title, from_json(result["findings"]))
 
 
-def _print(console: Console, drive: Drive, findings: list[Finding]) -> None:
-    recording = drive.recording
-    title = f"{drive.source}: {recording.imu.stamps.size} samples, {recording.duration:.1f} s"
-    print_findings(console, title, findings)
-
-
-def _document(source: str, findings: list[Finding]) -> dict[str, Any]:
-    return {"source": source, "worst": worst(findings).name, "findings": as_json(findings)}
+def _document(source: str, result: Mapping[str, Any]) -> dict[str, Any]:
+    severity = worst(from_json(result["findings"]))
+    return {"source": source, "worst": severity.name, "findings": result["findings"]}

@@ -12,21 +12,29 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
+from ..campaign import Evaluation, recordings_at
+from ..campaign.evaluation import merged
 from ..drives import Runs
+from ..drives.drive import chosen
+from ..drives.request import RunRequest
 from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
-from ..scoring.errors import RecordingScore
-from ..scoring.table import print_scores, write_scores
-from .arguments import RunRequest, add_request, finish_compiling, in_flags, request_of
+from ..scoring.errors import RecordingScore, as_json
+from ..scoring.table import print_many_scores, print_scores, write_json, write_scores
+from .arguments import add_request, finish_compiling, in_flags, request_of
+from .main import INTERRUPTED
+from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "evaluate",
-        description="Run filters on recordings and compare them with the reference encoder.",
+        description="Run filters on recordings and compare them with the reference encoder. A "
+        "recording that fails is named and the others are done; the exit status is then 1.",
     )
-    add_request(parser)
+    add_request(parser, many=True)
+    add_many(parser)
     parser.add_argument("--json", metavar="FILE", help="also write the figures; - for stdout")
     parser.add_argument(
         "--save-reference",
@@ -41,8 +49,12 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Evaluate, print the tables and write the JSON."""
     request = request_of(arguments)
-    target = _target(arguments)
-    runs = _evaluated(arguments.bags, request)
+    places = recordings_at(arguments.bags)
+    target = _target(arguments, places)
+    if target is None and not is_single(arguments, places):
+        return _run_many(arguments, request, places)
+    bags = [Path(place) for place in places]
+    runs = _evaluated(bags, request)
     scores = [_in_flags(each.score) for each in runs if each.score is not None]
     quiet = arguments.json == "-"
     console = Console(stderr=quiet)
@@ -50,10 +62,35 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json is not None:
         write_scores(arguments.json, scores)
     if target is not None:
-        save_with_reference(target, runs[0], arguments.bags[0])
+        save_with_reference(target, runs[0], bags[0])
         console.print(f"wrote {escape(str(target))}", soft_wrap=True)
     finish_compiling(request, Console(stderr=True))
     return 0
+
+
+def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequence[str]) -> int:
+    """Evaluate several recordings, print what there is of them and return the exit status."""
+    errors, quiet = Console(stderr=True), arguments.json == "-"
+    with table_of(arguments) as table:
+        try:
+            done = carried_out(
+                arguments, Evaluation.of(request), places, table, chosen(request.names)
+            )
+        except Interrupted:
+            return INTERRUPTED
+        found = (
+            merged(place, request.names, done.results(number))
+            for number, place in enumerate(places)
+        )
+        scores = [_in_flags(score) for score in found if score is not None]
+    console, failures = Console(stderr=quiet), done.failures()
+    print_many_scores(console, scores)
+    if arguments.json is not None:
+        failed = [{"source": each.place, "reason": str(each)} for each in failures]
+        document = as_json(scores)
+        write_json(arguments.json, {**document, "failed": failed} if failed else document)
+    finish_compiling(request, errors)
+    return print_failures(errors, failures)
 
 
 def _in_flags(score: RecordingScore) -> RecordingScore:
@@ -61,12 +98,12 @@ def _in_flags(score: RecordingScore) -> RecordingScore:
     return replace(score, warnings=[in_flags(warning) for warning in score.warnings])
 
 
-def _target(arguments: argparse.Namespace) -> Path | None:
+def _target(arguments: argparse.Namespace, places: Sequence[str]) -> Path | None:
     """Return where to write the recording with its reference; known before the work."""
     target: Path | None = arguments.save_reference
     if target is None:
         return None
-    if not arguments.smooth or len(arguments.bags) != 1:
+    if not arguments.smooth or len(places) != 1:
         raise ConfigurationError("--save-reference: needs --smooth and a single recording")
     if target.exists():
         raise ConfigurationError(f"--save-reference {target}: exists already")

@@ -14,7 +14,10 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from ..drives import load
+from ..campaign import Failure, recordings_at
+from ..campaign.noise_figures import NoiseFigures
+from ..campaign.places import local_copy
+from ..campaign.running import WHOLE
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
@@ -22,6 +25,8 @@ from ..noise.spectra import MOTION_SHARE
 from ..report.pictures import noise_picture
 from ..scoring.table import write_json
 from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
+from .main import INTERRUPTED
+from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
 
 
 def add_parser(subparsers: Any) -> None:
@@ -32,8 +37,9 @@ def add_parser(subparsers: Any) -> None:
         "spectra of the angle's error before and after the correction; a robot at rest gives "
         "the gyro's spectrum, Allan deviations and the drift of the bias.",
     )
-    add_recordings(parser)
+    add_recordings(parser, many=True)
     add_settings(parser)
+    add_many(parser)
     add_comparison(parser)
     parser.add_argument(
         "--window",
@@ -54,46 +60,62 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigurationError(f"--window {window}: must be above 0 s")
     if arguments.plot is not None and arguments.plot.exists() and not arguments.overwrite:
         raise ConfigurationError(f"{arguments.plot}: exists already; --overwrite replaces it")
-    found = _analysed(arguments, window)
-    console = Console(stderr=arguments.json == "-")
-    for noise in found:
-        _print_noise(console, noise)
+    places = recordings_at(arguments.bags)
+    job = NoiseFigures(
+        topic_names(arguments),
+        comparison(arguments),
+        arguments.config,
+        arguments.preset,
+        window,
+    )
+    console, failures = Console(stderr=arguments.json == "-"), list[Failure]()
+    drawn: list[RecordingNoise] = []
+    if arguments.plot is not None or is_single(arguments, places):
+        drawn = _analysed(places, job)
+        found = [as_json(noise) for noise in drawn]
+    else:
+        with table_of(arguments) as table:
+            try:
+                done = carried_out(arguments, job, places, table)
+            except Interrupted:
+                return INTERRUPTED
+            results = [done.results(number) for number in range(len(places))]
+        found = [dict(result[WHOLE]) for result in results if WHOLE in result]
+        failures = done.failures()
+    for figures in found:
+        _print_noise(console, figures)
     if arguments.json is not None:
-        write_json(arguments.json, {"recordings": [as_json(noise) for noise in found]})
+        failed = [{"source": each.place, "reason": str(each)} for each in failures]
+        document = {"recordings": found}
+        write_json(arguments.json, {**document, "failed": failed} if failed else document)
     if arguments.plot is not None:
-        noise_picture(found, arguments.plot)
+        noise_picture(drawn, arguments.plot)
         console.print(f"drawn: {escape(str(arguments.plot))}", highlight=False, soft_wrap=True)
-    return 0
+    return print_failures(Console(stderr=True), failures)
 
 
-def _analysed(arguments: argparse.Namespace, window: float | None) -> list[RecordingNoise]:
-    names, options = topic_names(arguments), comparison(arguments)
+def _analysed(places: Sequence[str], job: NoiseFigures) -> list[RecordingNoise]:
+    """Analyse recordings in this process, with all that a picture of them needs."""
     found = []
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("analysing", total=len(arguments.bags))
-        for bag in arguments.bags:
-            progress.update(task, description=f"analysing {escape(str(bag))}")
-            drive = load(
-                bag,
-                config=arguments.config,
-                preset=arguments.preset,
-                topics=names,
-                options=options,
-            )
-            found.append(analyse(drive, window))
+        task = progress.add_task("analysing", total=len(places))
+        for place in places:
+            progress.update(task, description=f"analysing {escape(place)}")
+            with local_copy(place) as path:
+                drive = job.open(place, path)
+            found.append(analyse(drive, job.window))
             progress.advance(task)
     return found
 
 
-def _print_noise(console: Console, noise: RecordingNoise) -> None:
-    console.print(f"[bold]{escape(noise.source)}[/bold]", highlight=False, soft_wrap=True)
-    document = as_json(noise)
+def _print_noise(console: Console, document: Mapping[str, Any]) -> None:
+    console.print(f"[bold]{escape(document['source'])}[/bold]", highlight=False, soft_wrap=True)
     if "motion" in document:
         console.print(_angle_table(document["motion"]))
     if "rest" in document:
         console.print(_allan_table(document["rest"]))
         console.print(_bias_table(document["rest"]))
-    for note in noise.notes:
+    for note in document["notes"]:
         console.print(f"note: {escape(note)}", highlight=False, soft_wrap=True)
     console.print()
 

@@ -18,7 +18,8 @@ from ..reproduction import DRAWN, PARTS, Plan, reproduce
 from ..reproduction.page import PrintedTable, markdown, tables
 from ..scoring.table import write_json
 from ..simulation import WORLDS, world_named
-from .tune import add_workers, shown, workers_of
+from .many import add_workers, workers_of
+from .tune import shown
 
 
 def add_parser(subparsers: Any) -> None:

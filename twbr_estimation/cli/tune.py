@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -17,13 +16,13 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from ..campaign import recordings_at
 from ..configuration.files import date_of_now
 from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
 from ..tuning.tune import Report, TuningRequest, TuningResult, tune, write_tuned
-from ..tuning.workers import LocalPool, ThisProcess, Workers
 from .arguments import (
     add_comparison,
     add_recordings,
@@ -33,6 +32,7 @@ from .arguments import (
     topic_names,
 )
 from .main import INTERRUPTED
+from .many import add_workers, workers_of
 
 DEFAULT_OUTPUT = "filters.yaml"
 
@@ -45,13 +45,12 @@ def add_parser(subparsers: Any) -> None:
         "encoder: first the correction's time constants, then each filter's parameters. "
         "A directory stands for all recordings below it. Ctrl-C keeps the best so far.",
     )
-    add_recordings(parser)
+    add_recordings(parser, many=True)
     parser.add_argument(
         "--verify",
         nargs="+",
         action="extend",
         default=[],
-        type=Path,
         metavar="BAG",
         help="other recordings, to judge the result on",
     )
@@ -98,15 +97,6 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     add_workers(parser)
 
 
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add who does the work."""
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--jobs", type=int, metavar="N", help="local processes; default: one a processor"
-    )
-    where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster to use")
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Tune, print what was found and write it."""
     console = Console(stderr=True)
@@ -130,8 +120,8 @@ def _request(arguments: argparse.Namespace) -> TuningRequest:
     if arguments.seed < 0:
         raise ConfigurationError(f"--seed {arguments.seed}: is below 0")
     return TuningRequest(
-        training=tuple(arguments.bags),
-        verification=tuple(arguments.verify),
+        training=tuple(map(Path, recordings_at(arguments.bags))),
+        verification=tuple(map(Path, recordings_at(arguments.verify))),
         names=tuple(arguments.filter),
         objective=Objective.parsed(arguments.objective),
         keep_correction=arguments.keep_correction,
@@ -143,24 +133,6 @@ def _request(arguments: argparse.Namespace) -> TuningRequest:
         thorough=arguments.thorough,
         smooth=arguments.smooth,
     )
-
-
-@contextmanager
-def workers_of(arguments: argparse.Namespace) -> Iterator[Workers]:
-    """Give the workers that the arguments of `add_workers` name."""
-    if arguments.dask is not None:
-        from ..tuning.dask_cluster import DaskCluster
-
-        cluster = DaskCluster(arguments.dask)
-        try:
-            yield cluster
-        finally:
-            cluster.close()
-        return
-    jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
-    if jobs < 1:
-        raise ConfigurationError(f"--jobs {jobs}: at least 1 is needed")
-    yield ThisProcess() if jobs == 1 else LocalPool(jobs)
 
 
 @contextmanager

@@ -12,7 +12,8 @@ from ..filters import filter_named
 from ..simulation import World
 from ..tuning.filter import mean_square_error
 from ..tuning.objective import TuningSet
-from ..tuning.workers import Report, Workers
+from ..tuning.several import Report
+from ..workers import Workers
 from .drives import Plan
 from .printed import PERIODS
 from .tables import printed_settings, tuned_filters

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ConfigurationError
-from ..tuning.workers import Report, Workers
+from ..tuning.several import Report
+from ..workers import Workers
 from .causes import causes
 from .drives import LARGEST_SEEDS, TRAINING_SEEDS, Plan
 from .figures import noise_spectra, one_drive, scale_errors

@@ -19,7 +19,8 @@ from ..simulation import simulate
 from ..simulation.worlds import STAND
 from ..tuning.filter import TuningTask
 from ..tuning.objective import TuningSet, prepare
-from ..tuning.workers import Report, Workers, tune_filters
+from ..tuning.several import Report, tune_filters
+from ..workers import Workers
 from .drives import TRAINING_SEEDS, Plan
 from .printed import STAND_ACCELEROMETER_DEG, STAND_UNCERTAINTY_DEG
 

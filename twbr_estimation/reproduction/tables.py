@@ -15,7 +15,8 @@ from ..tuning.correction import corrected_mse, tune_correction
 from ..tuning.filter import TunedFilter, TuningTask, mean_square_error
 from ..tuning.objective import TuningSet
 from ..tuning.search import tunable
-from ..tuning.workers import Report, Workers, tune_filters
+from ..tuning.several import Report, tune_filters
+from ..workers import Workers
 from .drives import Plan, raw_mse
 from .printed import CORRECTED_MSE, PERIODS, RAW_MSE, ROWS, UNPRINTED
 

@@ -294,7 +294,7 @@ def score_recording(
         raise RecordingError(f"{recording.source}: there is no reference to compare with")
     options = options or ScoringOptions()
     first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
-    finite, found = _finite(estimates, int(recording.imu.stamps[0]))
+    finite, found = finite_only(estimates, int(recording.imu.stamps[0]))
     scores, name = {}, "reference"
     try:
         association = association or Association(recording.reference, options)
@@ -314,10 +314,15 @@ def score_recording(
     )
 
 
-def _finite(
+def finite_only(
     estimates: Mapping[str, TiltTrack], start: int
 ) -> tuple[dict[str, TiltTrack], list[str]]:
-    """Return the estimates that stay finite, and warnings about the others."""
+    """Return the estimates that stay finite, and warnings about the others.
+
+    Args:
+        estimates: tilt over time by name of the estimator.
+        start: stamp from which the warnings count the time [ns].
+    """
     kept, found = {}, []
     for name, track in estimates.items():
         wild = ~(np.abs(track.tilt) < LARGEST_TILT)
@@ -336,7 +341,7 @@ def mean_over(recordings: Sequence[RecordingScore]) -> dict[str, dict[str, float
     """Return every figure's mean over the recordings, for estimators that are in all."""
     names = [
         name
-        for name in recordings[0].estimators
+        for name in (recordings[0].estimators if recordings else ())
         if all(name in recording.estimators for recording in recordings)
     ]
     return {

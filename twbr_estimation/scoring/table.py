@@ -35,6 +35,24 @@ def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:
         console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
 
 
+EACH_UP_TO = 20
+"""Recordings that are printed one by one."""
+WARNINGS_UP_TO = 20
+
+
+def print_many_scores(console: Console, scores: Sequence[RecordingScore]) -> None:
+    """Do what `print_scores` does; of more than a few recordings, print the means only."""
+    if len(scores) <= EACH_UP_TO:
+        print_scores(console, scores)
+        return
+    console.print(_table(f"mean over {len(scores)} recordings", mean_over(scores)))
+    warnings = list(dict.fromkeys(text for entry in scores for text in entry.warnings))
+    for warning in warnings[:WARNINGS_UP_TO]:
+        console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
+    if len(warnings) > WARNINGS_UP_TO:
+        console.print(f"{len(warnings) - WARNINGS_UP_TO} more warnings are in the JSON")
+
+
 def as_text(scores: Sequence[RecordingScore], width: int = 100) -> str:
     """Return what `print_scores` prints, in so many columns at most, without colours."""
     console = Console(file=StringIO(), width=width, color_system=None)

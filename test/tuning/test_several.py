@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
 
-import pytest
-
-from twbr_estimation.errors import WorkerError
 from twbr_estimation.filters import filter_named
-from twbr_estimation.tuning import workers
 from twbr_estimation.tuning.filter import TuningTask, mean_square_error, tune_filter
-from twbr_estimation.tuning.workers import LocalPool, tune_filters
+from twbr_estimation.tuning.several import tune_filters
+from twbr_estimation.workers import LocalPool
 
 NAMES = ["complementary", "alpha_beta_wob", "kalman_tuned"]
 
@@ -73,13 +69,3 @@ def worker_of(parent: int) -> int:
 def children(process: int) -> list[int]:
     with open(f"/proc/{process}/task/{process}/children") as file:
         return [int(number) for number in file.read().split()]
-
-
-class Dying(LocalPool):
-    def _attempt(self, *arguments: Any) -> Iterator[Any]:
-        raise workers.BrokenProcessPool
-
-
-def test_processes_that_always_die_are_an_error(task: TuningTask) -> None:
-    with pytest.raises(WorkerError, match="died 3 times while tuning complementary"):
-        tune_filters(task, NAMES[:1], Dying(1), ignore)

@@ -1,0 +1,63 @@
+"""`check` on many recordings: a recording is one part, and its result what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..bags import TopicNames
+from ..checks.finding import Finding, Severity
+from ..checks.suitability import suitability
+from ..checks.table import as_json
+from ..drives import Drive, load
+from .contents import digest_of_folder
+from .running import WHOLE
+
+
+def findings_of(drive: Drive) -> list[Finding]:
+    """Return all that is found about a recording: description, repairs, data, use."""
+    repairs = [
+        Finding(Severity.WARN, "bag", "repair", f"repaired: {repair}: {count}")
+        for repair, count in drive.recording.repairs.items()
+    ]
+    notes = [Finding(Severity.WARN, "robot", "description", note) for note in drive.notes]
+    found = [*notes, *repairs, *drive.findings]
+    return [*found, *suitability(drive.recording, found)]
+
+
+@dataclass(frozen=True, slots=True)
+class Checking:
+    """A `running.Job`."""
+
+    topics: TopicNames
+    config: Path | None = None
+    preset: str | None = None
+    verb: str = "check"
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The recording as a whole."""
+        return (WHOLE,)
+
+    def settings(self, part: str) -> str:
+        """Return what shapes the findings."""
+        return repr((part, self.topics, digest_of_folder(self.config), self.preset))
+
+    def open(self, place: str, path: Path) -> Drive:
+        """Read a recording.
+
+        Raises:
+            TwbrError: it cannot be used.
+        """
+        drive = load(path, config=self.config, preset=self.preset, topics=self.topics)
+        return replace(drive, recording=replace(drive.recording, source=place))
+
+    def run(self, opened: Drive, part: str) -> Mapping[str, Any]:
+        """Return the findings."""
+        return {
+            "samples": int(opened.recording.imu.stamps.size),
+            "duration_s": opened.recording.duration,
+            "findings": as_json(findings_of(opened)),
+        }

@@ -1,0 +1,185 @@
+"""One verb on many recordings: where they are, who works on them, how far it is."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from datetime import timedelta
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from ..batch.precompile import compile_missing
+from ..batch.running import COMPILE_AFTER
+from ..campaign import Campaign, Failure, Job, Progress, Report, ResultTable, open_table, run
+from ..campaign.contents import size_of
+from ..campaign.places import is_address
+from ..errors import ConfigurationError
+from ..filters import Filter
+from ..workers import LocalPool, ThisProcess, Workers
+from .arguments import in_flags
+
+SMALL = 8_000_000
+"""Recordings of less in all [bytes] are done in this process where `--jobs` says nothing."""
+BYTES_A_SAMPLE = 100
+SHOWN = 20
+"""Lines of failures that are printed."""
+PAUSE = 30.0
+"""Time between two lines about progress where there is no terminal [s]."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, after which it was said what is kept."""
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add who does the work."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", type=int, metavar="N", help="local processes; default: one a processor"
+    )
+    where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster to use")
+
+
+def add_many(parser: argparse.ArgumentParser) -> None:
+    """Add who works on many recordings and where results are kept."""
+    add_workers(parser)
+    parser.add_argument(
+        "--results",
+        type=Path,
+        metavar="FILE.jsonl",
+        help="table of results that grows: what it holds is not computed again; default: one in "
+        "your cache folder, for several recordings",
+    )
+
+
+@contextmanager
+def workers_of(arguments: argparse.Namespace, default: int | None = None) -> Iterator[Workers]:
+    """Give the workers that the arguments of `add_workers` name."""
+    if arguments.dask is not None:
+        from ..workers.dask_cluster import DaskCluster
+
+        cluster = DaskCluster(arguments.dask)
+        try:
+            yield cluster
+        finally:
+            cluster.close()
+        return
+    jobs = arguments.jobs if arguments.jobs is not None else default or _processors()
+    if jobs < 1:
+        raise ConfigurationError(f"--jobs {jobs}: at least 1 is needed")
+    yield ThisProcess() if jobs == 1 else LocalPool(jobs)
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+def is_single(arguments: argparse.Namespace, places: Sequence[str]) -> bool:
+    """Return whether there is one recording on this machine and no word about workers."""
+    given = (arguments.jobs, arguments.dask, arguments.results)
+    return len(places) == 1 and not is_address(places[0]) and given == (None, None, None)
+
+
+def carried_out(
+    arguments: argparse.Namespace,
+    job: Job,
+    places: Sequence[str],
+    table: ResultTable,
+    entries: Iterable[Filter] = (),
+) -> Campaign:
+    """Do a job with recordings on the workers that the arguments name.
+
+    Args:
+        arguments: of `add_many`.
+        job: what is done.
+        places: the recordings.
+        table: of results.
+        entries: filters whose loops are compiled first, where that pays.
+
+    Raises:
+        Interrupted: Ctrl-C; a line says what is kept.
+    """
+    console = Console(stderr=True)
+    size = sum(map(size_of, places))
+    chosen = list(entries)
+
+    def prepare() -> None:
+        if chosen and arguments.dask is None and size > COMPILE_AFTER * BYTES_A_SAMPLE:
+            _compile(console, chosen)
+
+    try:
+        with (
+            workers_of(arguments, 1 if size < SMALL else None) as workers,
+            _shown(console, job.verb) as report,
+        ):
+            return run(job, places, workers, table, report, prepare)
+    except KeyboardInterrupt:
+        console.print(
+            f"interrupted; the results so far are in {escape(str(table.path))}, and the same "
+            "command continues from there",
+            highlight=False,
+            soft_wrap=True,
+        )
+        raise Interrupted from None
+
+
+def _compile(console: Console, entries: Sequence[Filter]) -> None:
+    with Bar(console=console, transient=True) as bar:
+        task = bar.add_task("compiling the filters")
+        compile_missing(entries, lambda done, total: bar.update(task, completed=done, total=total))
+
+
+@contextmanager
+def _shown(console: Console, verb: str) -> Iterator[Report]:
+    """Show how far a campaign is: a bar on a terminal, else a line from time to time."""
+    columns = (TextColumn("{task.description}"), BarColumn())
+    latest = time.monotonic()
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(verb)
+
+        def report(progress: Progress) -> None:
+            nonlocal latest
+            text = f"{verb}: {describe(progress)}"
+            bar.update(task, description=text, completed=progress.done, total=progress.recordings)
+            if not console.is_terminal and time.monotonic() - latest > PAUSE:
+                latest = time.monotonic()
+                console.print(text, highlight=False, soft_wrap=True)
+
+        yield report
+
+
+def describe(progress: Progress) -> str:
+    """Return how far a campaign is, as a line."""
+    parts = [f"{progress.done} of {progress.recordings} recordings"]
+    if progress.failed:
+        parts.append(f"{progress.failed} failed")
+    if progress.remaining is not None:
+        left = timedelta(seconds=round(progress.remaining))
+        parts.append(f"{progress.rate:.3g} a second, {left} left")
+    return ", ".join(parts)
+
+
+def print_failures(console: Console, failures: Sequence[Failure]) -> int:
+    """Print what failed and why; return the exit status: 1 where something did."""
+    for failure in failures[:SHOWN]:
+        console.print(f"failed: {escape(in_flags(str(failure)))}", highlight=False, soft_wrap=True)
+    if len(failures) > SHOWN:
+        console.print(f"failed: {len(failures) - SHOWN} more")
+    return 1 if failures else 0
+
+
+@contextmanager
+def table_of(arguments: argparse.Namespace) -> Iterator[ResultTable]:
+    """Give the table of results that the arguments of `add_many` name."""
+    table = open_table(arguments.results)
+    try:
+        yield table
+    finally:
+        table.close()
