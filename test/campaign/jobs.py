@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from twbr_estimation.campaign import Job
 from twbr_estimation.drives import load
 from workers.work import die_at
 
 
 @dataclass(frozen=True)
-class Deadly:
+class Deadly(Job):
     """A job that kills its process for some recordings, so many times."""
 
     marks: Path

@@ -83,3 +83,49 @@ def test_ctrl_c_keeps_what_is_done_and_prints_no_traceback(
     assert f"interrupted; the results so far are in {table}" in errors
     rows = [json.loads(line) for line in table.read_text().splitlines()]
     assert 0 < len(rows) and all(row["version"] for row in rows)
+
+
+def test_check_and_noise_take_many_recordings_and_repeat_nothing(
+    runs: Path,  # noqa: F811
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for verb in ("check", "noise"):
+        table = tmp_path / f"{verb}.jsonl"
+        command = [verb, str(runs), "--results", str(table), "--json", "-"]
+        main(command)
+        first = capsys.readouterr()
+        assert "damaged.mcap" in first.err
+        before = table.read_bytes()
+        assert main(command) == 1
+        assert capsys.readouterr().out == first.out
+        rows = [json.loads(line) for line in before.splitlines()]
+        kept = [row for row in rows if row["key"]]
+        assert len(kept) == 4 and table.read_bytes().startswith(before)
+    assert main(["check", str(runs / "day0" / "run0"), "--json", "-"]) in (0, 1)
+    (alone,) = json.loads(capsys.readouterr().out)["recordings"]
+    main(["check", f"{runs}/day0/run0", "--jobs", "1", "--json", "-"])
+    assert json.loads(capsys.readouterr().out)["recordings"] == [alone]
+
+
+def test_a_report_of_many_recordings_has_a_page_each_and_a_list(
+    runs: Path,  # noqa: F811
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("bokeh", reason="the extra `report` is not installed")
+    output, table = tmp_path / "made", tmp_path / "table.jsonl"
+    command = ["report", str(runs), *FILTERS, "-o", str(output), "--results", str(table)]
+    assert main(command) == 1
+    assert "damaged.mcap" in capsys.readouterr().err
+    index = (output / "report.html").read_text()
+    pages = sorted(path.parent.name for path in output.glob("*/report.html"))
+    assert len(pages) == 3, "a copy shares its page"
+    assert all(f'href="{page}/report.html"' in index for page in pages)
+    assert "damaged.mcap" in index
+    assert main(command) == 1 and "exists already" in capsys.readouterr().err
+    (output / pages[0] / "report.html").unlink()
+    rows = len(table.read_text().splitlines())
+    assert main([*command, "--overwrite"]) == 1
+    assert len(table.read_text().splitlines()) == rows + 1, "only what is gone is made again"
+    assert (output / pages[0] / "report.html").exists()

@@ -18,7 +18,7 @@ from twbr_estimation.errors import WorkerError
 from twbr_estimation.simulation import simulate
 from twbr_estimation.workers import UnitResult, Work
 from twbr_estimation.workers.dask_cluster import DaskCluster
-from workers.conftest import Cluster
+from workers.cluster import Cluster
 from workers.work import refuses, slow, squared
 
 pytest.importorskip("distributed", reason="the extra `dask` is not installed")

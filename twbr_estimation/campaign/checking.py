@@ -13,7 +13,7 @@ from ..checks.suitability import suitability
 from ..checks.table import as_json
 from ..drives import Drive, load
 from .contents import digest_of_folder
-from .running import WHOLE
+from .running import Job
 
 
 def findings_of(drive: Drive) -> list[Finding]:
@@ -28,18 +28,13 @@ def findings_of(drive: Drive) -> list[Finding]:
 
 
 @dataclass(frozen=True, slots=True)
-class Checking:
-    """A `running.Job`."""
+class Checking(Job):
+    """Findings of each recording."""
 
     topics: TopicNames
     config: Path | None = None
     preset: str | None = None
     verb: str = "check"
-
-    @property
-    def parts(self) -> tuple[str, ...]:
-        """The recording as a whole."""
-        return (WHOLE,)
 
     def settings(self, part: str) -> str:
         """Return what shapes the findings."""

@@ -18,7 +18,7 @@ from ..filters import filter_named
 from ..scoring.errors import SMOOTHED, RecordingScore, Score, finite_only, score_recording
 from ..smoothing import SMOOTHER, SmoothedTrack
 from .contents import digest_of_folder
-from .running import WHOLE
+from .running import WHOLE, Job
 
 Result = Mapping[str, Any]
 
@@ -34,8 +34,8 @@ class Opened:
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
-    """Filters, settings and comparison; a `running.Job`."""
+class Evaluation(Job):
+    """Filters, settings and comparison; as a job."""
 
     request: RunRequest
     configured: str = field(default="")

@@ -12,12 +12,12 @@ from ..drives import Drive, load
 from ..noise import analyse, as_json
 from ..scoring.errors import ScoringOptions
 from .contents import digest_of_folder
-from .running import WHOLE
+from .running import Job
 
 
 @dataclass(frozen=True, slots=True)
-class NoiseFigures:
-    """A `running.Job`."""
+class NoiseFigures(Job):
+    """Noise of each recording."""
 
     topics: TopicNames
     options: ScoringOptions
@@ -26,11 +26,6 @@ class NoiseFigures:
     window: float | None = None
     """For the drift of the bias [s]; by default a share of the rest."""
     verb: str = "noise"
-
-    @property
-    def parts(self) -> tuple[str, ...]:
-        """The recording as a whole."""
-        return (WHOLE,)
 
     def settings(self, part: str) -> str:
         """Return what shapes the figures."""

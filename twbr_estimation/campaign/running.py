@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from ..errors import RecordingError, TwbrError
@@ -39,19 +40,23 @@ class Job(Protocol):
     @property
     def parts(self) -> tuple[str, ...]:
         """`WHOLE` and parts that do not depend on each other, such as the names of filters."""
-        ...
+        return (WHOLE,)
 
     def settings(self, part: str) -> str:
         """Return all that shapes a part's result beside the recording and the package."""
         ...
 
-    def open(self, place: str, path: Any) -> Any:
+    def open(self, place: str, path: Path) -> Any:
         """Read the recording at `path`, which messages call `place`."""
         ...
 
     def run(self, opened: Any, part: str) -> Mapping[str, Any]:
         """Do one part; the result is plain data."""
         ...
+
+    def is_there(self, result: Mapping[str, Any]) -> bool:
+        """Return whether what a result in the table stands for is still there."""
+        return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +184,7 @@ class Campaign:
         self.places = tuple(places)
         self._job, self._table, self._report = job, table, report
         self._contents: list[str] = []
-        self._reasons: dict[str, dict[str, str]] = {}
+        self._reasons: dict[str, dict[str, tuple[str, str]]] = {}  # and whose they are
         self._left: dict[int, int] = {}
         self._suspects: list[Share] = []
         self._begun: dict[str, int] = {}
@@ -208,7 +213,10 @@ class Campaign:
                 reasons = {WHOLE: reasons[WHOLE]}
             elif len(reasons) == len(self._job.parts) - 1 > 0:  # all filters for one reason
                 reasons = {WHOLE: next(iter(reasons.values()))}
-            found += [Failure(place, part, reason) for part, reason in reasons.items()]
+            found += [
+                Failure(place, part, reason.replace(source, place))
+                for part, (reason, source) in reasons.items()
+            ]
         return found
 
     def batches(self, prepare: Callable[[], None]) -> Iterator[Batch]:
@@ -252,7 +260,7 @@ class Campaign:
             self._skip()
             return None
         self._contents.append(content)
-        parts = tuple(part for part in self._job.parts if not self._known(content, part, place))
+        parts = tuple(part for part in self._job.parts if not self._known(content, part))
         if content in self._begun or WHOLE in self._reasons.get(content, {}) or not parts:
             self._found += len(self._job.parts)
             self._skip()
@@ -262,15 +270,15 @@ class Campaign:
         self._left[number] = len(parts)
         return Share(number, place, content, size, parts)
 
-    def _known(self, content: str, part: str, place: str) -> bool:
+    def _known(self, content: str, part: str) -> bool:
         key = self._key(content, part)
         if key not in self._table:
             return False
         row = self._table.row(key)
         if row["error"] is not None:
-            reason = row["error"].replace(row["source"], place)
-            self._reasons.setdefault(content, {})[part] = reason
-        return True
+            self._reasons.setdefault(content, {})[part] = row["error"], row["source"]
+            return True
+        return self._job.is_there(row["result"])
 
     def take(self, outcome: UnitResult) -> None:
         """Append what a worker has done."""
@@ -300,7 +308,7 @@ class Campaign:
         for each in found:
             if each.error is not None:
                 identity = self._identity(each.share.number)
-                self._reasons.setdefault(identity, {})[each.part] = each.error
+                self._reasons.setdefault(identity, {})[each.part] = each.error, each.share.place
         self._table.append([self._row(each) for each in found])
 
     def _row(self, done: Done) -> Row:

@@ -13,15 +13,23 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
+from ..campaign import recordings_at
+from ..campaign.reporting import PAGE, Reporting, index_page, title_of
+from ..campaign.running import WHOLE
 from ..disk.writing import write_text
+from ..drives.drive import chosen
+from ..drives.request import RunRequest
 from ..errors import ConfigurationError
-from ..report.data import RecordingReport, collect
+from ..report.data import collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
 from ..report.traces import styles_of, traces_of
 from .arguments import add_request, finish_compiling, request_of
+from .main import INTERRUPTED
+from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
 
-PAGE = "report.html"
+TOGETHER = 8
+"""Recordings on one page, at most."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -29,9 +37,12 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "report",
         description="Write report.html, which opens without a network, and tilt.png (tilt_2.png "
-        "and so on for further recordings) for slides.",
+        f"and so on for further recordings) for slides. More than {TOGETHER} recordings, or those "
+        "that other processes do, have a page each, in folders beside report.html, which lists "
+        "them.",
     )
-    add_request(parser)
+    add_request(parser, many=True)
+    add_many(parser)
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="DIR", help="folder to write to"
     )
@@ -42,14 +53,18 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Collect, render, and write; nothing is written before all of it is there."""
     request = request_of(arguments)
-    pictures = _pictures(arguments.output, len(arguments.bags))
+    places = recordings_at(arguments.bags)
+    by_others = not is_single(arguments, places[:1])
+    if len(places) > TOGETHER or by_others:
+        return _run_many(arguments, request, places)
+    pictures = _pictures(arguments.output, len(places))
     page = arguments.output / PAGE
     _refuse_existing([page, *pictures], arguments.overwrite)
     console = Console(stderr=True)
     with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("", total=2 * len(arguments.bags) + 1)
+        task = progress.add_task("", total=2 * len(places) + 1)
         reports = []
-        for bag in arguments.bags:
+        for bag in map(Path, places):
             progress.update(task, description=f"running {escape(str(bag))}")
             reports.append(collect(request.runs(bag, reference=False)))
             progress.advance(task)
@@ -60,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
         for report, picture in zip(reports, pictures, strict=True):
             progress.update(task, description=f"drawing {escape(str(picture))}")
             traces = traces_of(report, styles_of(reports))
-            tilt_picture(traces, _title(report), picture)
+            tilt_picture(traces, title_of(report), picture)
             progress.advance(task)
     finish_compiling(request, console)
     for path in (page, *pictures):
@@ -69,11 +84,23 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _title(report: RecordingReport) -> str:
-    """Return the title of a picture; a smoothed reference must not look like an encoder."""
-    source = report.runs.recording.source
-    smoothed = report.reference.startswith("smoothed")
-    return f"{source}; reference: {report.reference}" if smoothed else source
+def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequence[str]) -> int:
+    """Have a page written for each recording, then the page that lists them."""
+    index = arguments.output / PAGE
+    _refuse_existing([index], arguments.overwrite)
+    command = shlex.join(["twbr", *sys.argv[1:]])
+    job = Reporting(request, arguments.output.resolve(), command)
+    with table_of(arguments) as table:
+        try:
+            done = carried_out(arguments, job, places, table, chosen(request.names))
+        except Interrupted:
+            return INTERRUPTED
+        results = {place: done.results(number) for number, place in enumerate(places)}
+    pages = {place: each[WHOLE] for place, each in results.items() if WHOLE in each}
+    failures = done.failures()
+    write_text(index, index_page(pages, failures, command))
+    print(f"{index} ({len(pages)} pages)")
+    return print_failures(Console(stderr=True), failures)
 
 
 def _pictures(folder: Path, count: int) -> list[Path]:

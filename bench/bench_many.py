@@ -1,0 +1,144 @@
+"""Many recordings: efficiency of two workers, a cluster with accidents, memory, as ratios.
+
+    python bench/bench_many.py [--recordings 200] [--seconds 8]
+
+All filters run on short simulated recordings by `twbr evaluate`. The efficiency of two processes
+is the CPU time that one process takes for everything over that of two with their parent: on a
+machine that others use, the clock shows the others, too. The figures of all runs must be equal to
+the last bit, with a worker killed and the scheduler restarted on the way.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from twbr_estimation.cli.simulate import write_simulated
+from twbr_estimation.simulation import simulate
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "test"))
+
+EFFICIENCY = 0.9
+"""Required of two workers."""
+GROWTH = 1.1
+"""Peak memory with all recordings over that with a quarter of them, at most."""
+
+
+class Run(NamedTuple):
+    """What one command took."""
+
+    clock: float
+    """[s]."""
+    cpu: float
+    """Of the process and its children [s]."""
+    memory: float
+    """Peak of the process itself [MB]."""
+    figures: dict[tuple[str, str], object]
+    """Results by content of the recording and filter."""
+
+
+def figures_of(table: Path) -> dict[tuple[str, str], object]:
+    """Return the results in a table."""
+    rows = map(json.loads, table.read_text().splitlines())
+    return {(row["recording"], row["filter"]): row["result"] for row in rows if row["result"]}
+
+
+def evaluated(
+    places: list[Path], table: Path, *where: str, meanwhile: Callable[[Path], None] | None = None
+) -> Run:
+    """Evaluate recordings in a process of their own; `meanwhile` gets the growing table."""
+    command = [sys.executable, "-m", "twbr_estimation.cli.main", "evaluate", *map(str, places)]
+    begin = time.perf_counter()
+    process = subprocess.Popen(
+        [*command, "--results", str(table), *where],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    if meanwhile is not None:
+        meanwhile(table)
+    _, status, usage = os.wait4(process.pid, 0)
+    clock = time.perf_counter() - begin
+    if status:
+        raise SystemExit(f"twbr evaluate {' '.join(where)} failed")
+    figures = figures_of(table)
+    cpu = usage.ru_utime + usage.ru_stime
+    return Run(clock, cpu, usage.ru_maxrss / 1024.0, figures)
+
+
+def wait_for_rows(table: Path, share: float, expected: int) -> None:
+    """Wait until a table holds this share of its rows."""
+    while not table.exists() or table.read_bytes().count(b"\n") < share * expected:
+        time.sleep(0.1)
+
+
+def with_accidents(places: list[Path], folder: Path, expected: int) -> Run | None:
+    """Evaluate on a cluster, kill a worker on the way and restart the scheduler."""
+    try:
+        import distributed  # noqa: F401
+
+        from workers.cluster import Cluster  # of the tests
+    except ImportError:
+        print("  cluster: needs the package distributed; left out")
+        return None
+    cluster = Cluster(folder)
+
+    def accidents(table: Path) -> None:
+        wait_for_rows(table, 0.2, expected)
+        cluster.workers["first"].kill()
+        wait_for_rows(table, 0.5, expected)
+        cluster.kill()
+        cluster.start()
+
+    try:
+        table = folder / "cluster.jsonl"
+        return evaluated(places, table, "--dask", cluster.address, meanwhile=accidents)
+    finally:
+        cluster.kill()
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--recordings", type=int, default=200)
+    parser.add_argument("--seconds", type=float, default=8.0, help="length of each")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        places = [folder / f"run{number}" for number in range(arguments.recordings)]
+        for number, place in enumerate(places):
+            write_simulated(place, simulate("paper", 0.002, arguments.seconds, 1000 + number))
+        evaluated(places[:1], folder / "warm.jsonl", "--jobs", "1")
+        quarter = evaluated(places[: len(places) // 4], folder / "quarter.jsonl", "--jobs", "1")
+        one = evaluated(places, folder / "one.jsonl", "--jobs", "1")
+        two = evaluated(places, folder / "two.jsonl", "--jobs", "2")
+        repeated = evaluated(places, folder / "two.jsonl", "--jobs", "2")
+        many = with_accidents(places, folder, len(one.figures))
+    return report(quarter, one, two, repeated, many)
+
+
+def report(quarter: Run, one: Run, two: Run, repeated: Run, many: Run | None) -> int:
+    """Print the figures and return 1 where one is not as required."""
+    efficiency, growth = one.cpu / two.cpu, one.memory / quarter.memory
+    same = one.figures == two.figures and (many is None or many.figures == one.figures)
+    print(f"many recordings, {len(one.figures)} parts (recordings x filters):")
+    print(f"  one process {one.clock:.1f} s, {one.cpu:.1f} s of CPU, {one.memory:.0f} MB")
+    print(f"  two processes {two.clock:.1f} s, {two.cpu:.1f} s of CPU with their parent")
+    print(f"  efficiency by CPU {efficiency:.2f} (required {EFFICIENCY:g}), by the clock ", end="")
+    print(f"{one.clock / (2.0 * two.clock):.2f}")
+    print(f"  repeated: {repeated.cpu:.1f} s of CPU")
+    print(f"  memory with four times the recordings: ratio {growth:.2f} (required {GROWTH:g})")
+    said = "left out" if many is None else f"{many.clock:.1f} s"
+    print(f"  cluster, a worker killed and the scheduler restarted: {said}")
+    print(f"  figures of all runs {'equal to the bit' if same else 'DIFFER'}")
+    return 0 if same and efficiency >= EFFICIENCY and growth <= GROWTH else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
