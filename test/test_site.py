@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from twbr_estimation.cli.main import verbs
+
 ROOT = Path(__file__).resolve().parent.parent
 pytest.importorskip("mkdocs", reason="needs the extra docs")
 pytest.importorskip("mkdocstrings", reason="needs the extra docs")
@@ -29,6 +31,10 @@ def test_the_site_builds_and_holds_every_page(tmp_path: Path) -> None:
         name = page.relative_to(ROOT / "docs").with_suffix("")
         folder = name.parent if name.name == "index" else name
         assert (tmp_path / "site" / folder / "index.html").is_file()
+    arguments = (tmp_path / "site" / "cli" / "index.html").read_text()
+    assert "--save-reference" in arguments and all(
+        f'id="twbr-{verb}"' in arguments for verb in verbs()
+    )
 
 
 @pytest.mark.parametrize("link", ["missing.md", "../twbr_estimation/missing.py", "filters.md#none"])

@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "balance",
         description="Close the loop on the simulated robot, offline and in lockstep: every "
-        f"estimator with every controller in every world. The estimator `{TRUTH}` knows the "
+        f"estimator with every controller in every world. The estimator `{TRUTH}` is the true "
         "tilt, for comparison.",
     )
     for flag, known, default in (
