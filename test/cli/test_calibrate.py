@@ -30,7 +30,7 @@ def robot_of(seed):
 
 @pytest.fixture(scope="module")
 def bags(tmp_path_factory):
-    """Recordings of one robot of which nothing is told: a rest, poses and a drive."""
+    """Recordings of one robot without any description: a rest, poses and a drive."""
     folder = tmp_path_factory.mktemp("bags")
     scenes = {"still": (0.01, 30.0), "poses": (0.01, 80.0), "drive": (0.004, 40.0)}
     for scene, (dt, seconds) in scenes.items():

@@ -1,4 +1,4 @@
-"""Answers the transfers of the kernel rig's I2C adapter; its format is told in rig_i2c.c."""
+"""Answers the transfers of the kernel rig's I2C adapter; its format is described in rig_i2c.c."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class Graph:
         return found
 
     def settle(self) -> None:
-        """Spin until all publishers and subscriptions of the graph know each other."""
+        """Spin until all publishers and subscriptions of the graph are matched."""
 
         def settled() -> bool:
             publishers = [each for node in self.nodes for each in node.publishers]

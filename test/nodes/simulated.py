@@ -17,7 +17,7 @@ DEPTH = 1000
 
 
 class SimulatedTopics:
-    """Publishes what the robot's sensors read, and moves it as it is told."""
+    """Publishes what the robot's sensors read, and moves it by the commands."""
 
     def __init__(
         self,

@@ -221,7 +221,7 @@ def test_an_estimator_of_another_type_sign_and_unit_joins(graph: Any) -> None:
 
 
 def test_a_number_without_a_stamp_counts_from_its_arrival(graph: Any, peer: Any) -> None:
-    """A reference that turns at 1 rad/s tells the delay of the stamps."""
+    """A reference that turns at 1 rad/s shows the delay of the stamps."""
     node = evaluator(graph, estimators=["theirs=/robot_pitch"])
     source, pitch = Source(graph), peer.create_publisher(Float64, "robot_pitch", 1000)
     begin = time.time_ns()

@@ -6,7 +6,7 @@ import pytest
 
 
 class HandClock:
-    """Time in nanoseconds that passes only when told."""
+    """Time in nanoseconds that passes only when a test advances it."""
 
     def __init__(self) -> None:
         self.now = 1_700_000_000_000_000_000

@@ -69,7 +69,7 @@ class Bench:
 
 
 def _torn(readings: list[ImuReading]) -> int:
-    """Count readings that are not what the chip feels."""
+    """Count readings that differ from the chip's motion."""
     return sum(
         max(abs(found - true) for found, true in zip(each[1:7], FELT, strict=False)) > 0.5
         for each in readings

@@ -61,7 +61,7 @@ def bench(request: pytest.FixtureRequest, clock: Any) -> Bench:
 
 
 def _wrong(readings: list[ImuReading]) -> int:
-    """Count readings far from what the swinging robot feels."""
+    """Count readings far from the motion of the swinging robot."""
     return sum(abs(each.accel_z - swing(each.stamp * 1e-9).accel_z) > 1.0 for each in readings)
 
 

@@ -20,7 +20,7 @@ TAKE, SKIP, RESTART = Verdict.TAKE, Verdict.SKIP, Verdict.RESTART
         ((0, 4, 2, 6), (TAKE, TAKE, SKIP, TAKE), {"late_stamp": 1}),
         ((0, 1000, 3000), (TAKE, TAKE, TAKE), {"gap": 1}),
         ((0, 5000, 2, 4), (TAKE, TAKE, RESTART, TAKE), {"gap": 1, "restart": 1}),
-        # A clock set back by less than a second: the second sample in order tells.
+        # A clock set back by less than a second: the second sample in order shows it.
         ((800, 300, 302, 304), (TAKE, SKIP, RESTART, TAKE), {"late_stamp": 1, "restart": 1}),
         # Two messages that were late one after the other, not a new order of time.
         ((8, 6, 4, 10), (TAKE, SKIP, SKIP, TAKE), {"late_stamp": 2}),

@@ -1,4 +1,4 @@
-"""When the motors run, when they are cut, and what they are told."""
+"""When the motors run, when they are cut, and their commands."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def configured(**settings: object) -> ControlConfiguration:
 
 
 class Loop:
-    """A robot without sensor errors, and a stream that is told its true tilt."""
+    """A robot without sensor errors, and a stream that gets its true tilt."""
 
     def __init__(self, robot: SimulatedRobot | None = None, **settings: object) -> None:
         self.robot = robot or SimulatedRobot(
@@ -275,7 +275,7 @@ def test_a_clock_that_was_set_back_begins_afresh(loop: Loop) -> None:
 
 
 class Fed:
-    """A stream that is fed by hand: a steady lean that trembles, stamped as it is told."""
+    """A stream that is fed by hand: a steady lean that trembles, with the stamps given."""
 
     def __init__(self, **control: object) -> None:
         chosen = ControlSettings(**control)  # type: ignore[arg-type]

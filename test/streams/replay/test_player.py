@@ -45,7 +45,7 @@ class Tape:
 
 
 class Collector:
-    """A sink that keeps everything, and tells a window what it got after a delay."""
+    """A sink that keeps everything, and confirms it to a window after a delay."""
 
     def __init__(self) -> None:
         self.stamps: list[int] = []
