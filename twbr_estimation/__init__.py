@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .bags.topics import TopicNames as TopicNames
     from .configuration.files import read_settings as read_settings
     from .configuration.files import read_setup as read_setup
     from .configuration.filter_settings import Settings as Settings
@@ -22,7 +23,11 @@ if TYPE_CHECKING:
     from .filters.base import filters as filters
     from .parameters.bounds import Bounds as Bounds
     from .pipeline.estimator import Estimator as Estimator
+    from .recording import ImuTrack as ImuTrack
+    from .recording import MotorTrack as MotorTrack
     from .recording import Recording as Recording
+    from .recording import TiltTrack as TiltTrack
+    from .recording import WheelTrack as WheelTrack
     from .robot import Calibration as Calibration
     from .robot import CorrectionSettings as CorrectionSettings
     from .robot import Robot as Robot
@@ -41,6 +46,8 @@ __all__ = [
     "Drive",
     "Estimator",
     "Filter",
+    "ImuTrack",
+    "MotorTrack",
     "Recording",
     "Robot",
     "Runs",
@@ -48,7 +55,10 @@ __all__ = [
     "Settings",
     "Setup",
     "TiltEstimate",
+    "TiltTrack",
+    "TopicNames",
     "TwbrError",
+    "WheelTrack",
     "__version__",
     "filters",
     "load",
@@ -67,11 +77,16 @@ _HOMES = {
     "Filter": "filters.base",
     "ScoringOptions": "scoring.errors",
     "Recording": "recording",
+    "WheelTrack": "recording",
+    "TiltTrack": "recording",
+    "MotorTrack": "recording",
+    "ImuTrack": "recording",
     "Robot": "robot",
     "Runs": "drives.runs",
     "Settings": "configuration.filter_settings",
     "Setup": "robot",
     "TiltEstimate": "samples",
+    "TopicNames": "bags.topics",
     "TwbrError": "errors",
     "filters": "filters",
     "load": "drives.loading",

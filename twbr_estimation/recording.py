@@ -3,16 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .errors import RecordingError
+from .parameters.arguments import require_kind, shown
 from .samples import SINGLE_WHEEL_JOINT as SINGLE_WHEEL_JOINT
 
 FloatArray = NDArray[np.float64]
 StampArray = NDArray[np.int64]
+ABSURD = 1e9
+"""No angle, rate or acceleration in SI units is as large; a damaged recording may hold it."""
+
+
+def _settle(track: object, widths: Mapping[str, tuple[int, ...]]) -> None:
+    """Make arrays of the fields of a track.
+
+    Args:
+        track: the instance, whose `stamps` every field has one value or row for.
+        widths: columns that a field may have, by name; none for a single row of numbers.
+
+    Raises:
+        RecordingError: what is no array of numbers, or has another shape.
+    """
+    kind = type(track).__name__
+    stamps = _array(f"{kind}.stamps", track.stamps, "iu", np.int64)
+    if stamps.ndim != 1:
+        raise RecordingError(f"{kind}.stamps: shape {stamps.shape} is not (n,)")
+    object.__setattr__(track, "stamps", stamps)
+    for name, columns in widths.items():
+        values = _array(f"{kind}.{name}", getattr(track, name), "iuf", np.float64)
+        allowed = [(stamps.size, width) for width in columns] or [(stamps.size,)]
+        if values.shape not in allowed:
+            wanted = " or ".join(map(str, allowed))
+            raise RecordingError(
+                f"{kind}.{name}: shape {values.shape} is not {wanted}: {stamps.size} stamps"
+            )
+        object.__setattr__(track, name, values)
+
+
+def _array(name: str, value: object, kinds: str, dtype: type[Any]) -> NDArray[Any]:
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        array = np.asarray(None)
+    if array.size == 0:
+        array = array.astype(dtype) if array.dtype.kind in "iuf" else array
+    elif array.dtype.kind not in kinds:
+        wanted = "whole nanoseconds" if dtype is np.int64 else "numbers"
+        raise RecordingError(f"{name}: {shown(value)}: an array of {wanted} is needed")
+    return np.asarray(array, dtype)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +70,10 @@ class ImuTrack:
     """Specific force [m/s^2], (n, 3)."""
     frame_id: str = "imu_link"
 
+    def __post_init__(self) -> None:
+        _settle(self, {"gyro": (3,), "accel": (3,)})
+        require_kind("frame_id", self.frame_id, str, "a text")
+
 
 @dataclass(frozen=True, slots=True)
 class WheelTrack:
@@ -37,6 +84,9 @@ class WheelTrack:
     angle: FloatArray
     """Encoder angle [rad], (m, w) with w = 1, or 2 as left, right."""
 
+    def __post_init__(self) -> None:
+        _settle(self, {"angle": (1, 2)})
+
 
 @dataclass(frozen=True, slots=True)
 class MotorTrack:
@@ -46,6 +96,9 @@ class MotorTrack:
     """When each command was given [ns], (m,), strictly increasing."""
     voltage: FloatArray
     """Motor voltage [V], (m, w) with w = 1 for both motors together, or 2 as left, right."""
+
+    def __post_init__(self) -> None:
+        _settle(self, {"voltage": (1, 2)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +112,9 @@ class TiltTrack:
     rate: FloatArray | None = None
     """Tilt rate [rad/s], (m,), where the source has it."""
 
+    def __post_init__(self) -> None:
+        _settle(self, {"tilt": ()} if self.rate is None else {"tilt": (), "rate": ()})
+
 
 @dataclass(frozen=True, slots=True)
 class TemperatureTrack:
@@ -68,6 +124,9 @@ class TemperatureTrack:
     """Header stamps [ns], (m,), strictly increasing."""
     temperature: FloatArray
     """Temperature [degC], (m,)."""
+
+    def __post_init__(self) -> None:
+        _settle(self, {"temperature": ()})
 
 
 class Event(NamedTuple):
@@ -99,6 +158,16 @@ class Recording:
     repairs: Mapping[str, int] = field(default_factory=dict)
     """What had to be mended, by description, with the number of messages."""
 
+    def __post_init__(self) -> None:
+        require_kind("source", self.source, str, "a text")
+        require_kind("imu", self.imu, ImuTrack, "an ImuTrack")
+        for name, kind in _OPTIONAL.items():
+            require_kind(name, getattr(self, name), (kind, type(None)), f"a {kind.__name__}")
+        require_kind("estimators", self.estimators, Mapping, "a mapping of names to TiltTracks")
+        for name, track in self.estimators.items():
+            require_kind(f"estimators[{name!r}]", track, TiltTrack, "a TiltTrack")
+        require_kind("repairs", self.repairs, Mapping, "a mapping of descriptions to counts")
+
     @property
     def dt(self) -> float:
         """Median sampling period [s]."""
@@ -112,3 +181,36 @@ class Recording:
         if self.imu.stamps.size == 0:
             return 0.0
         return float(self.imu.stamps[-1] - self.imu.stamps[0]) * 1e-9
+
+    def require_usable(self) -> None:
+        """Raise where filters cannot run: no sample, stamps that do not rise, no finite number.
+
+        Raises:
+            RecordingError: the message names the track.
+        """
+        if self.imu.stamps.size == 0:
+            raise RecordingError(f"{self.source}: imu: there is no sample")
+        tracks = {"imu": self.imu, **{name: getattr(self, name) for name in _OPTIONAL}}
+        tracks.update(self.estimators)
+        for name, track in tracks.items():
+            if track is not None:
+                _require_usable(f"{self.source}: {name}", track)
+
+
+_OPTIONAL: Mapping[str, type[Any]] = {
+    "wheels": WheelTrack,
+    "reference": TiltTrack,
+    "truth": TiltTrack,
+    "temperature": TemperatureTrack,
+    "motors": MotorTrack,
+}
+"""Tracks that a recording may have beside that of the IMU."""
+
+
+def _require_usable(what: str, track: object) -> None:
+    for each in fields(track):  # type: ignore[arg-type]
+        values = getattr(track, each.name)
+        if each.name == "stamps" and values.size > 1 and np.diff(values).min() <= 0:
+            raise RecordingError(f"{what}.stamps: not strictly increasing")
+        if each.type == "FloatArray" and not np.all(np.abs(values) < ABSURD):
+            raise RecordingError(f"{what}.{each.name}: a value is not finite, or beyond {ABSURD:g}")

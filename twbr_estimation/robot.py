@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ConfigurationError
+from .parameters.arguments import require_kind
 from .parameters.bounds import Bounds, Meaning, require_bounds
 from .plants.laddach2022 import PlantParameters
 
@@ -147,7 +148,6 @@ class Robot:
 
     def __post_init__(self) -> None:
         require_bounds(self, "robot.")
-        object.__setattr__(self, "encoder_placement", EncoderPlacement(self.encoder_placement))
 
     def plant(self) -> PlantParameters:
         """Return the parameters of the planar model, Laddach 2022 (2)."""
@@ -317,8 +317,17 @@ class CorrectionSettings:
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """Everything the correction needs to know: robot, calibration and settings."""
+    """Everything the correction needs to know: robot, calibration and settings.
+
+    Raises:
+        ConfigurationError: a part of another type.
+    """
 
     robot: Robot = field(default_factory=Robot)
     calibration: Calibration = field(default_factory=Calibration)
     correction: CorrectionSettings = field(default_factory=CorrectionSettings)
+
+    def __post_init__(self) -> None:
+        require_kind("robot", self.robot, Robot, "a Robot")
+        require_kind("calibration", self.calibration, Calibration, "a Calibration")
+        require_kind("correction", self.correction, CorrectionSettings, "CorrectionSettings")

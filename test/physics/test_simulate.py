@@ -119,8 +119,8 @@ def test_clipping_before_the_low_pass_leaves_no_reading_at_the_limit() -> None:
         (("mars",), "there is no scene 'mars' of the physics engine; there are: stand, drive"),
         (("stand", 0.0007), "not a multiple of the step"),
         (("stand", 0.01, 0.01), "below two periods"),
-        (("stand", math.nan), "not finite"),
-        (("stand", 0.01, 5.0, -1), "seed -1 is below 0"),
+        (("stand", math.nan), "`dt`: nan is no number"),
+        (("stand", 0.01, 5.0, -1), "`seed`: -1 is no whole number from 0"),
     ],
 )
 def test_what_cannot_be_simulated_says_why(arguments: tuple[object, ...], message: str) -> None:

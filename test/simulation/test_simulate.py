@@ -198,9 +198,9 @@ def test_slip_turns_the_wheels_and_moves_nothing():
         (("mars", 0.002, 1.0, 1), "there is no world 'mars'; there are: ideal, paper"),
         (("paper", 0.0007, 1.0, 1), "0.0007 s is not a multiple of the step 0.0005 s"),
         (("paper", 0.0, 1.0, 1), "not a multiple"),
-        (("paper", math.nan, 1.0, 1), "not finite"),
-        (("paper", 0.002, 0.002, 1), "duration 0.002 s is below two periods"),
-        (("paper", 0.002, 1.0, -1), "seed -1 is below 0"),
+        (("paper", math.nan, 1.0, 1), "`dt`: nan is no number"),
+        (("paper", 0.002, 0.002, 1), "`duration`: 0.002 s is below two periods"),
+        (("paper", 0.002, 1.0, -1), "`seed`: -1 is no whole number from 0"),
         (("paper", 0.002, 1.0, 1, "fly"), "there is no scene 'fly'"),
     ],
 )

@@ -24,12 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
+from ..recording import ABSURD
 from .columns import Columns
 
 JUMP = 1_000_000_000
 """Backward step that separates two passes [ns]."""
-ABSURD = 1e9
-"""No angle, rate or acceleration in SI units is as large; a damaged message may be."""
 GAP_PERIODS = 5.0
 """Median sampling periods that make a gap."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import RecordingError
+from ..errors import ConfigurationError, RecordingError
 from ..messages import tilt_of_quaternion
 from ..recording import (
     SINGLE_WHEEL_JOINT,
@@ -37,6 +37,7 @@ from .topics import (
     FLOAT64_ARRAY,
     IMU,
     JOINT_STATE,
+    ROLES,
     TEMPERATURE,
     TopicNames,
     absolute,
@@ -70,9 +71,14 @@ def read_recording(
 
     Raises:
         RecordingError: no bag, a missing or empty topic, or tracks that do not overlap.
-        ConfigurationError: an estimator in another form.
+        ConfigurationError: an estimator in another form, or a role that does not exist.
     """
     names = topics or TopicNames()
+    for role in required:
+        if role not in ROLES:
+            raise ConfigurationError(
+                f"`required`: there is no {role!r}; there are {', '.join(ROLES)}"
+            )
     reader = _Reader(Path(path), names, dict(estimators or {}), {"imu", *required})
     return reader.recording()
 

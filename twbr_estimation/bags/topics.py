@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, fields
 
 from ..errors import ConfigurationError
+from ..parameters.arguments import elements_of, require_kind
 
 IMU = "sensor_msgs/msg/Imu"
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -19,7 +20,7 @@ class TopicNames:
     """Topics and joints of a recording; names without a leading slash get one.
 
     Raises:
-        ConfigurationError: not one or two different wheel joints.
+        ConfigurationError: a name that is no text, or not one or two different wheel joints.
     """
 
     imu: str = "/imu/data_raw"
@@ -41,8 +42,13 @@ class TopicNames:
 
     def __post_init__(self) -> None:
         for role in ROLES:
+            require_kind(f"topics.{role}", getattr(self, role), str, "the name of a topic")
             object.__setattr__(self, role, absolute(getattr(self, role)))
-        joints = self.wheel_joints
+        require_kind("topics.reference_joint", self.reference_joint, str, "the name of a joint")
+        joints = elements_of(self.wheel_joints) or (self.wheel_joints,)
+        for joint in joints:
+            require_kind("topics.wheel_joints", joint, str, "the name of a joint")
+        object.__setattr__(self, "wheel_joints", joints)
         if len(joints) not in (1, 2) or len(set(joints)) < len(joints) or "" in joints:
             raise ConfigurationError(
                 f"wheel joints {','.join(joints)!r}: one name, or two as left,right, "

@@ -13,8 +13,7 @@ from ..bags import TopicNames
 from ..bags.topics import ROLES
 from ..batch.precompile import compile_later
 from ..configuration.of_recording import TERMS
-from ..drives.drive import chosen
-from ..drives.loading import require_period
+from ..drives.drive import chosen, require_period
 from ..drives.request import RunRequest
 from ..errors import ConfigurationError
 from ..scoring.errors import ScoringOptions
@@ -32,6 +31,7 @@ FLAGS = {
     "columns": "--columns",
     "axis": "--axis",
     "smooth": "--smooth",
+    **{name: f"--{name}" for name in ("dt", "duration", "scene", "seed")},
     **{f"topics.{role}": f"--{role.replace('_', '-')}-topic" for role in ROLES},
     "topics.wheel_joints": "--wheel-joints",
     "topics.reference_joint": "--reference-joint",

@@ -19,6 +19,7 @@ from .. import __version__
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters
+from ..parameters.arguments import require_kind
 from ..robot import Calibration, CorrectionSettings, Robot, Setup
 from .filter_settings import DEFAULT_FILTER, Settings
 from .ros_yaml import (
@@ -201,7 +202,8 @@ def configuration_files(path: PathLike) -> list[Path]:
     Raises:
         ConfigurationError: there is no such path, or the folder holds none.
     """
-    path = Path(path)
+    require_kind("paths", path, (str, os.PathLike), "a str or a Path")
+    path = Path(path).expanduser()
     if not os.path.exists(path):
         raise ConfigurationError(f"{path}: cannot be read: there is no such file or folder")
     if not is_folder(path):

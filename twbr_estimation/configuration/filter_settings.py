@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..filters import Filter
+from ..parameters.arguments import number_within, require_kind
 
 DEFAULT_FILTER = "ins_odometer"
 """The active filter where none is named; its defaults are physical and suit any robot
@@ -17,7 +18,11 @@ DT_TOLERANCE = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Values that replace the filters' defaults."""
+    """Values that replace the filters' defaults.
+
+    Raises:
+        ConfigurationError: a field of another type, or a period below 0.
+    """
 
     values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Parameter values by filter name; a filter or parameter not named keeps its defaults."""
@@ -27,6 +32,15 @@ class Settings:
     """Sampling period the values were tuned at [s]; 0 where unknown."""
     source: str = "the filters' defaults"
     """Origin of the values, for messages."""
+
+    def __post_init__(self) -> None:
+        require_kind("values", self.values, Mapping, "a mapping of parameters by filter name")
+        for name, each in self.values.items():
+            require_kind("values", name, str, "the name of a filter")
+            require_kind(f"values[{name!r}]", each, Mapping, "a mapping of parameters to numbers")
+        require_kind("filter", self.filter, str, "the name of a filter")
+        require_kind("source", self.source, str, "a text")
+        object.__setattr__(self, "dt", number_within("dt", self.dt, 0.0, 1e9, "s"))
 
     def parameters(self, entry: Filter) -> Any:
         """Return the parameters of one filter.

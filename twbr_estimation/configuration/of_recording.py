@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
+from ..parameters.arguments import shown
 from ..robot import Setup
 from .files import FILES, read_settings, read_setup
 from .filter_settings import Settings
@@ -77,6 +78,15 @@ def origin_of(path: Path, config: Path | None = None) -> str:
 
 
 def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:
-    """Return `setup` with exactly these motion terms switched on."""
+    """Return `setup` with exactly these motion terms switched on.
+
+    Raises:
+        ConfigurationError: there is no such term.
+    """
+    for name in terms:
+        if not isinstance(name, str) or name not in TERMS:
+            raise ConfigurationError(
+                f"`terms`: there is no {shown(name)}; there are {', '.join(TERMS)}"
+            )
     switches = {name: name in terms for name in TERMS}
     return replace(setup, correction=replace(setup.correction, **switches))

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 from ..errors import ConfigurationError
+from ..parameters.arguments import shown
 from ..robot import CorrectionSettings
 from .files import read_correction, read_settings
 from .filter_settings import Settings
@@ -26,8 +27,10 @@ def preset(name: str, dt: float) -> tuple[CorrectionSettings | None, Settings]:
     Raises:
         ConfigurationError: no such preset, or `dt` is not above 0.
     """
-    if name not in presets():
-        raise ConfigurationError(f"there is no preset {name!r}; there are: {', '.join(presets())}")
+    if not isinstance(name, str) or name not in presets():
+        raise ConfigurationError(
+            f"`preset`: there is no preset {shown(name)}; there are: {', '.join(presets())}"
+        )
     if not dt > 0.0:
         raise ConfigurationError(f"preset {name}: sampling period {dt} s is not above 0")
     rows = {path: read_settings(path) for path in sorted(_FOLDER.glob(f"{name}/*.yaml"))}

@@ -14,9 +14,17 @@ from ..configuration.filter_settings import Settings
 from ..configuration.of_recording import with_terms
 from ..errors import ConfigurationError, RecordingError
 from ..filters import Filter, filter_named, filters, listed_filters
+from ..parameters.arguments import (
+    number_within,
+    require_callable,
+    require_kind,
+    require_names,
+    shown,
+)
 from ..pipeline.pairing import SampleTrack, pair
 from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
+from ..samples import RESTART_GAP
 from ..scoring.errors import Association, ScoringOptions
 from ..smoothing import SMOOTHER, Progress, SmoothedTrack, smooth
 from .runs import Runs
@@ -40,6 +48,15 @@ class Drive:
     """Period [s] for which samples are combined before the filters; 0 takes each."""
     notes: tuple[str, ...] = ()
     """Remarks on where the settings come from."""
+
+    def __post_init__(self) -> None:
+        require_kind("recording", self.recording, Recording, "a Recording")
+        self.recording.require_usable()
+        require_kind("setup", self.setup, Setup, "a Setup")
+        require_kind("settings", self.settings, Settings, "Settings")
+        require_kind("options", self.options, ScoringOptions, "ScoringOptions")
+        object.__setattr__(self, "notes", require_names("notes", self.notes))
+        object.__setattr__(self, "loop_period", require_period(self.loop_period))
 
     @property
     def source(self) -> str:
@@ -108,7 +125,12 @@ class Drive:
         return self.with_setup(with_terms(setup, ()))
 
     def with_setup(self, setup: Setup) -> Drive:
-        """Return the recording with another robot, calibration or correction; pairs stay."""
+        """Return the recording with another robot, calibration or correction; pairs stay.
+
+        Raises:
+            ConfigurationError: it is no `Setup`.
+        """
+        require_kind("setup", setup, Setup, "a Setup")
         if setup == self.setup:
             return self
         other = replace(self, setup=setup)
@@ -124,7 +146,12 @@ class Drive:
         return self.with_setup(with_terms(self.setup, terms))
 
     def with_reference(self, reference: TiltTrack) -> Drive:
-        """Return the recording with another reference; what is corrected stays."""
+        """Return the recording with another reference; what is corrected stays.
+
+        Raises:
+            ConfigurationError: it is no `TiltTrack`.
+        """
+        require_kind("reference", reference, TiltTrack, "a TiltTrack")
         other = replace(self, recording=replace(self.recording, reference=reference))
         other.__dict__.update(
             (name, value)
@@ -152,6 +179,8 @@ class Drive:
             ConfigurationError: an unknown filter or parameter, or a value out of bounds.
             RecordingError: fewer than two samples are to be smoothed.
         """
+        require_kind("smooth", smooth, bool, "True or False")
+        require_callable("progress", progress)
         entries = chosen(names)
         given = self.values_of(entries, {} if values is None else values)
         for name in self.recording.estimators:
@@ -176,9 +205,10 @@ class Drive:
             ConfigurationError: an unknown parameter, or a value out of bounds.
             RecordingError: there are fewer than two samples.
         """
+        require_callable("progress", progress)
         if self.recording.imu.stamps.size < 2:
             raise RecordingError(f"{self.source}: fewer than two samples cannot be smoothed")
-        own = {**self.settings.values.get(SMOOTHER, {}), **(values or {}).get(SMOOTHER, {})}
+        own = {**self.settings.values.get(SMOOTHER, {}), **_mapping(values).get(SMOOTHER, {})}
         return smooth(self.corrected_samples, self.setup.robot, own, progress)
 
     def values_of(self, entries: Iterable[Filter], values: Values) -> dict[str, dict[str, float]]:
@@ -187,9 +217,7 @@ class Drive:
         Raises:
             ConfigurationError: it is no such mapping, or names a filter that does not run.
         """
-        _require_mapping("", values)
-        for name, each in values.items():
-            _require_mapping(f"{name}: ", each)
+        values = _mapping(values)
         found = {
             entry.name: {**self.settings.values.get(entry.name, {}), **values.get(entry.name, {})}
             for entry in entries
@@ -202,11 +230,27 @@ class Drive:
         return found
 
 
-def _require_mapping(owner: str, values: object) -> None:
-    if not isinstance(values, Mapping):
-        raise ConfigurationError(
-            f"`values`: {owner}{values!r} is no mapping of parameters to numbers by filter name"
-        )
+def _mapping(values: Values | None) -> Values:
+    """Return parameter values by filter name.
+
+    Raises:
+        ConfigurationError: they are no such mapping.
+    """
+    given = {} if values is None else values
+    wanted = "a mapping of parameters to numbers by filter name"
+    require_kind("values", given, Mapping, wanted)
+    for name, each in given.items():
+        require_kind(f"values[{name!r}]", each, Mapping, "a mapping of parameters to numbers")
+    return given
+
+
+def require_period(loop_period: float) -> float:
+    """Return a period for which samples are combined.
+
+    Raises:
+        ConfigurationError: it is no number, negative, or so long that filters would start afresh.
+    """
+    return number_within("loop_period", loop_period, 0.0, RESTART_GAP, "s")
 
 
 def chosen(names: Iterable[str | Filter]) -> list[Filter]:
@@ -217,12 +261,12 @@ def chosen(names: Iterable[str | Filter]) -> list[Filter]:
     """
     found: dict[str, Filter] = {}
     for each in names:
-        if each == "all":
+        if isinstance(each, str) and each == "all":
             found.update(listed_filters())
             continue
         if not isinstance(each, (str, Filter)):
             raise ConfigurationError(
-                f"`names`: {each!r} is neither the name of a filter nor a Filter; "
+                f"`names`: {shown(each)} is neither the name of a filter nor a Filter; "
                 "give each as an argument of its own"
             )
         entry = filter_named(each) if isinstance(each, str) else each

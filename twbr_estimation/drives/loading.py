@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..bags import TopicNames, read_recording
-from ..configuration.of_recording import CONFIG_FOLDER, TERMS, configuration, origin_of, with_terms
+from ..configuration.of_recording import CONFIG_FOLDER, configuration, origin_of, with_terms
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
-from ..samples import RESTART_GAP
+from ..parameters.arguments import require_kind, require_names
 from ..scoring.errors import ScoringOptions
-from .drive import Drive
+from .drive import Drive, require_period
 
 _DEFAULT_ROBOT = "geometry is that of `Robot`'s defaults, calibration none"
 
@@ -22,12 +22,12 @@ def load(
     *,
     config: str | Path | None = None,
     preset: str | None = None,
-    terms: Sequence[str] | None = None,
+    terms: str | Sequence[str] | None = None,
     loop_period: float = 0.0,
     topics: TopicNames | None = None,
     estimators: Mapping[str, str] | None = None,
     options: ScoringOptions | None = None,
-    required: Sequence[str] = (),
+    required: str | Sequence[str] = (),
 ) -> Drive:
     """Read a recording; it is paired and corrected when that is first needed.
 
@@ -49,40 +49,34 @@ def load(
     """
     folder = _path("path", path)
     chosen = None if config is None else _path("config", config)
-    require_period(loop_period)
+    period = require_period(loop_period)
+    given = TopicNames() if topics is None else topics
+    require_kind("topics", given, TopicNames, "TopicNames")
+    compared = ScoringOptions() if options is None else options
+    require_kind("options", compared, ScoringOptions, "ScoringOptions")
+    roles = require_names("required", required)
+    recording = read_recording(folder, given, _topics(estimators), roles)
+    setup, settings = configuration(folder, max(period, recording.dt), chosen, preset)
     if terms is not None:
-        _require_terms(terms)
-    recording = read_recording(folder, topics or TopicNames(), estimators or {}, tuple(required))
-    setup, settings = configuration(folder, max(loop_period, recording.dt), chosen, preset)
-    if terms is not None:
-        setup = with_terms(setup, terms)
+        setup = with_terms(setup, require_names("terms", terms))
     notes: tuple[str, ...] = ()
     if chosen is None and not is_folder(folder / CONFIG_FOLDER):
         notes = (f"{path}: no robot is described there and no `config` given; {_DEFAULT_ROBOT}",)
     if mixed := origin_of(folder, chosen):
         notes = (*notes, f"configuration: {mixed}")
-    return Drive(recording, setup, settings, options or ScoringOptions(), loop_period, notes)
+    return Drive(recording, setup, settings, compared, period, notes)
 
 
 def _path(argument: str, value: str | Path) -> Path:
-    if not isinstance(value, (str, os.PathLike)):
-        raise ConfigurationError(f"`{argument}`: {value!r} is neither a str nor a Path")
+    require_kind(argument, value, (str, os.PathLike), "a str or a Path")
+    if value == "":
+        raise ConfigurationError(f"`{argument}`: the text is empty")
     return Path(value).expanduser()
 
 
-def require_period(loop_period: float) -> None:
-    """Raise where samples cannot be combined for this period.
-
-    Raises:
-        ConfigurationError: it is negative, or so long that filters would start again.
-    """
-    if not 0.0 <= loop_period <= RESTART_GAP:
-        raise ConfigurationError(
-            f"`loop_period`: {loop_period:g} s is not within 0 and {RESTART_GAP:g} s"
-        )
-
-
-def _require_terms(terms: Sequence[str]) -> None:
-    for name in (terms,) if isinstance(terms, str) else terms:
-        if name not in TERMS:
-            raise ConfigurationError(f"`terms`: there is no {name!r}; there are {', '.join(TERMS)}")
+def _topics(estimators: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the topics of further estimators by name."""
+    given = {} if estimators is None else estimators
+    require_kind("estimators", given, Mapping, "a mapping of names to topics")
+    require_names("estimators", (*given, *given.values()))
+    return dict(given)

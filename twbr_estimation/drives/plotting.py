@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ConfigurationError
+from ..parameters.arguments import shown
 
 if TYPE_CHECKING:
     from .runs import Runs
@@ -23,7 +24,7 @@ def plot(runs: Runs, axes: Any | None) -> Any:
         The matplotlib axes.
 
     Raises:
-        ConfigurationError: matplotlib is not installed.
+        ConfigurationError: matplotlib is not installed, or `axes` cannot be drawn on.
     """
     try:
         import matplotlib.pyplot as plt
@@ -31,6 +32,8 @@ def plot(runs: Runs, axes: Any | None) -> Any:
         raise ConfigurationError(
             "a plot needs matplotlib: pip install 'twbr_estimation[report]'"
         ) from error
+    if axes is not None and not callable(getattr(axes, "plot", None)):
+        raise ConfigurationError(f"`axes`: {shown(axes)} are no matplotlib axes")
     if axes is None:
         _, axes = plt.subplots(figsize=(9.0, 4.0), layout="constrained")
     recording = runs.recording

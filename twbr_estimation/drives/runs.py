@@ -14,6 +14,7 @@ from ..batch import EstimateTrack
 from ..batch.judging import trusted_share
 from ..errors import ConfigurationError
 from ..filters import Filter
+from ..parameters.arguments import require_kind, shown
 from ..recording import FloatArray, Recording, TiltTrack
 from ..scoring.errors import SMOOTHED, RecordingScore, ScoringOptions, score_recording
 from ..smoothing import SmoothedTrack
@@ -54,10 +55,9 @@ class Runs(Mapping[str, EstimateTrack]):
         self._estimates = dict(estimates)
 
     def __getitem__(self, name: str) -> EstimateTrack:
-        try:
-            return self._estimates[name]
-        except KeyError:
-            raise KeyError(f"{name} was not run; there are: {', '.join(self)}") from None
+        if not isinstance(name, str) or name not in self._estimates:
+            raise KeyError(f"{shown(name)} was not run; there are: {', '.join(self)}")
+        return self._estimates[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._estimates)
@@ -142,8 +142,10 @@ class Runs(Mapping[str, EstimateTrack]):
 
         Raises:
             RecordingError: there is no reference, or no estimate overlaps with it.
+            ConfigurationError: `options` of another type.
         """
         chosen = self.compared.options if options is None else options
+        require_kind("options", chosen, ScoringOptions, "ScoringOptions")
         shared = self.compared.association if options is None else None
         score = score_recording(self.recording, self.tracks, chosen, self.warnings, shared)
         score = replace(score, wheels_ignored_s=self.wheels_ignored)
@@ -159,7 +161,7 @@ class Runs(Mapping[str, EstimateTrack]):
             axes: where to draw; a new figure by default.
 
         Raises:
-            ConfigurationError: matplotlib is not installed.
+            ConfigurationError: matplotlib is not installed, or `axes` cannot be drawn on.
         """
         from .plotting import plot
 

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..parameters.arguments import require_callable
 from ..parameters.bounds import Bounds as Bounds
-from ..parameters.declared import Definition, collected, listed, named
+from ..parameters.declared import Definition, collected, listed, named, require_record
 from ..parameters.declared import Parameter as Parameter
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
@@ -78,6 +79,12 @@ class Filter(Definition):
     """wheels_ignored(state): time for which it ignored its wheels [s]; None where it never does."""
     limits: Mapping[str, str] = field(default_factory=dict)
     """Exceptions from the contract, by clause, with the reason."""
+
+    def __post_init__(self) -> None:
+        Definition.__post_init__(self)
+        require_record("state", self.state, "tilt", "rate")
+        for name in ("reset", "step", "derive"):
+            require_callable(name, getattr(self, name))
 
     @property
     def estimates_gyro_bias(self) -> bool:

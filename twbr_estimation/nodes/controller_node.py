@@ -25,6 +25,7 @@ from std_srvs.srv import SetBool
 from ..controllers.base import MotorVoltages
 from ..errors import MessageError
 from ..messages import tilt_of_quaternion
+from ..pipeline.physical import NOT_FINITE
 from ..streams.control.balance import NO_VOLTAGE, Standing
 from ..streams.control.deadline import Deadline
 from ..streams.control.motors import UNINTERRUPTED, ControlConfiguration, ControlStream
@@ -37,7 +38,6 @@ from ..streams.messages import (
     decode_imu,
     encode_float64s,
 )
-from ..streams.physical import NOT_FINITE
 from ..streams.wheels import WheelDecoder
 from .controller_parameters import (
     TiltSource,

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar
 
 from ..errors import ConfigurationError
-from .bounds import Bounds, within
+from .arguments import require_kind, shown
+from .bounds import Bounds, annotations_of, within
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,15 @@ class Definition:
         kind: Any = self.parameters
         return declared(kind)
 
+    def __post_init__(self) -> None:
+        for name in ("name", "title", "source"):
+            require_kind(name, getattr(self, name), str, "a text")
+        if not self.name.isidentifier():
+            raise ConfigurationError(
+                f"`name`: {shown(self.name)} is not of letters, digits and _ only"
+            )
+        require_record("parameters", self.parameters)
+
     def configure(self, values: Mapping[str, float] | None = None) -> Any:
         """Return validated parameters, the defaults replaced by `values`.
 
@@ -49,7 +59,21 @@ class Definition:
             ConfigurationError: unknown name, not a finite number, or outside its bounds.
         """
         owner = f"{type(self).__name__.lower()} {self.name}"
-        return configured(owner, self.parameters, values or {})
+        return configured(owner, self.parameters, {} if values is None else values)
+
+
+def require_record(argument: str, value: object, *names: str) -> None:
+    """Raise where an argument is no named tuple, or lacks a field.
+
+    Raises:
+        ConfigurationError: the message names the argument and the field.
+    """
+    known = getattr(value, "_fields", None)
+    if not isinstance(value, type) or not isinstance(known, tuple):
+        raise ConfigurationError(f"`{argument}`: {shown(value)} is no NamedTuple class")
+    for name in names:
+        if name not in known:
+            raise ConfigurationError(f"`{argument}`: {value.__qualname__} has no field {name!r}")
 
 
 Defined = TypeVar("Defined", bound=Definition)
@@ -66,22 +90,31 @@ def named(entries: Mapping[str, Defined], name: str, kind: str) -> Defined:
     Raises:
         ConfigurationError: there is none; the message lists those there are.
     """
-    try:
-        return entries[name]
-    except KeyError:
+    if not isinstance(name, str) or name not in entries:
         raise ConfigurationError(
-            f"there is no {kind} {name!r}; there are: {', '.join(entries)}"
-        ) from None
+            f"there is no {kind} {shown(name)}; there are: {', '.join(entries)}"
+        )
+    return entries[name]
 
 
 @cache
 def declared(kind: Any) -> tuple[Parameter, ...]:
-    """Return the parameters of a named tuple of `Annotated[float, Bounds(...)]`, in order."""
-    hints = get_type_hints(kind, include_extras=True)
-    defaults = kind._field_defaults
-    return tuple(
-        Parameter(name, float(defaults[name]), hints[name].__metadata__[0]) for name in kind._fields
-    )
+    """Return the parameters of a named tuple of `Annotated[float, Bounds(...)]`, in order.
+
+    Raises:
+        ConfigurationError: a field without bounds, or without a default within them.
+    """
+    bounds, defaults = annotations_of(kind), kind._field_defaults
+    found = []
+    for name in kind._fields:
+        limits = bounds.get(name)
+        if name not in defaults or not isinstance(limits, Bounds):
+            raise ConfigurationError(
+                f"`parameters`: {kind.__qualname__}.{name} needs the form "
+                "`Annotated[float, Bounds(...)] = default`"
+            )
+        found.append(Parameter(name, within(name, defaults[name], limits), limits))
+    return tuple(found)
 
 
 def configured(owner: str, kind: Any, values: Mapping[str, float]) -> Any:
@@ -95,11 +128,12 @@ def configured(owner: str, kind: Any, values: Mapping[str, float]) -> Any:
     Raises:
         ConfigurationError: unknown name, not a finite number, or outside its bounds.
     """
+    require_kind("values", values, Mapping, f"a mapping of the parameters of {owner} to numbers")
     known = {parameter.name: parameter for parameter in declared(kind)}
     for name in values:
         if name not in known:
             raise ConfigurationError(
-                f"{owner} has no parameter {name!r}; it has: {', '.join(known) or 'none'}"
+                f"{owner} has no parameter {shown(name)}; it has: {', '.join(known) or 'none'}"
             )
     checked = {name: parameter.default for name, parameter in known.items()}
     prefix = owner.rpartition(" ")[2]

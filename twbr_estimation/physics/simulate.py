@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
-from ..errors import ConfigurationError
+from ..parameters.arguments import number_within
 from ..recording import Event, FloatArray, ImuTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Robot
+from ..samples import RESTART_GAP
 from ..simulation.disturbances import STEP, gyro_drift, stream
 from ..simulation.kernels import measure_input
 from ..simulation.planar_sensing import imu_errors, mount_of, quantised
-from ..simulation.simulate import FIRST_STAMP, WHEEL_COUNTS, Simulated, setups_of
+from ..simulation.simulate import (
+    FIRST_STAMP,
+    WHEEL_COUNTS,
+    Simulated,
+    require_seed,
+    sampling,
+    setups_of,
+)
 from ..simulation.worlds import World, world_named
 from .model import track_width
 from .performance import Performance, performed
@@ -51,12 +58,11 @@ def simulate(
         ConfigurationError: MuJoCo is missing, an unknown scene or world, or a time that cannot
             be simulated.
     """
-    if seed < 0:
-        raise ConfigurationError(f"seed {seed} is below 0")
+    seed = require_seed(seed)
     assumed = robot or Robot()
     chosen = spatial(world_named(world) if isinstance(world, str) else world, assumed)
     setup, true_setup = setups_of(chosen, seed, assumed)
-    step, every, samples = sampling(dt, duration)
+    step, every, samples = steps_of(dt, duration)
     count = (samples - 1) * every
     rows, volts, performance = performed(scene, true_setup.robot, seed, step, count)
     imu = _imu(rows, volts, chosen, true_setup.robot, step, samples, every, seed, clipped_first)
@@ -81,23 +87,16 @@ def spatial(world: World, robot: Robot) -> World:
     return replace(world, track_width=track_width(robot))
 
 
-def sampling(dt: float, duration: float) -> tuple[float, int, int]:
+def steps_of(dt: float, duration: float) -> tuple[float, int, int]:
     """Return the step of the integration [s], the steps a sample and the number of samples.
 
     Raises:
         ConfigurationError: a time that cannot be simulated.
     """
-    if not (math.isfinite(dt) and math.isfinite(duration)):
-        raise ConfigurationError(f"dt {dt} s, duration {duration} s: not finite")
+    dt = number_within("dt", dt, 0.0, RESTART_GAP, "s")
     coarse = abs(dt / COARSE_STEP - round(dt / COARSE_STEP)) < 1e-6 and dt >= COARSE_STEP
     step = COARSE_STEP if coarse else STEP
-    every = round(dt / step)
-    if every < 1 or abs(every * step - dt) > 1e-9:
-        raise ConfigurationError(f"dt {dt:g} s is not a multiple of the step {STEP:g} s")
-    samples = math.floor(duration / dt + 1e-6)
-    if samples < 2:
-        raise ConfigurationError(f"duration {duration:g} s is below two periods of {dt:g} s")
-    return step, every, samples
+    return step, *sampling(dt, duration, step)
 
 
 def _imu(

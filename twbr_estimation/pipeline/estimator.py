@@ -7,13 +7,16 @@ from collections.abc import Mapping, Sequence
 
 from ..errors import ConfigurationError
 from ..filters.base import Filter, filter_named
+from ..parameters.arguments import as_number, elements_of, number_within, require_kind, shown
 from ..robot import Robot, Setup
-from ..samples import Sample, TiltEstimate
+from ..samples import SECONDS_PER_NANOSECOND, Sample, TiltEstimate
 from .correction import Corrector
 from .pairing import motor_command, wheel_reading
+from .physical import FARTHEST, FASTEST, LARGEST_VOLTAGE, STRONGEST
 from .watched_filter import WatchedFilter
 
 _UNKNOWN = (0.0, 0.0, 0.0)
+_LONGEST = 1e9  # [s]; a time between two samples beyond it is an error
 
 
 class Estimator:
@@ -36,14 +39,12 @@ class Estimator:
         Raises:
             ConfigurationError: an unknown filter or parameter, or a value out of bounds.
         """
+        require_kind("filter", filter, (str, Filter), "the name of a filter or a Filter")
         entry = filter_named(filter) if isinstance(filter, str) else filter
-        if not isinstance(entry, Filter):
-            raise ConfigurationError(f"`filter`: {filter!r} is neither a name nor a Filter")
         setup = Setup() if robot is None else robot
+        require_kind("robot", setup, (Robot, Setup), "a Robot or a Setup")
         if isinstance(setup, Robot):
             setup = Setup(setup)
-        if not isinstance(setup, Setup):
-            raise ConfigurationError(f"`robot`: {robot!r} is neither a Robot nor a Setup")
         self._corrector = Corrector(setup)
         self._filter = WatchedFilter(entry, values, setup.robot)
 
@@ -71,8 +72,8 @@ class Estimator:
         """Take one sample and return the tilt at its instant.
 
         Args:
-            dt: time since the sample before [s]; of the first sample it does not count. A gap
-                above `RESTART_GAP` starts the filter afresh.
+            dt: time since the sample before [s], at least 1 ns; of the first sample it does not
+                count and may be 0. A gap above `RESTART_GAP` starts the filter afresh.
             gyro: rates about the sensor's axes x, y, z [rad/s], as the device reports them.
             accel: specific forces along them [m/s^2]; +g on the axis that points up.
             wheels: encoder angle at this instant [rad], rolling forward positive: one, or left
@@ -81,17 +82,21 @@ class Estimator:
                 right; None where it is not known.
 
         Raises:
-            ConfigurationError: a value that is no finite number, or too many or too few.
+            ConfigurationError: a value that is no number or beyond what is physical (limits in
+                `pipeline.physical`), or too many or too few.
         """
         first = self._filter.state is None
-        elapsed = 0.0 if first else _positive("dt", dt)
-        readings = *_numbers("gyro", gyro, (3,)), *_numbers("accel", accel, (3,))
+        elapsed = number_within("dt", dt, 0.0 if first else SECONDS_PER_NANOSECOND, _LONGEST, "s")
+        readings = (
+            *_numbers("gyro", gyro, (3,), FASTEST, "rad/s"),
+            *_numbers("accel", accel, (3,), STRONGEST, "m/s^2"),
+        )
         turned, driven = _UNKNOWN, _UNKNOWN
         if wheels is not None:
-            turned = wheel_reading(0, _one_or_two("wheels", wheels))[1:]
+            turned = wheel_reading(0, _numbers("wheels", wheels, (1, 2), FARTHEST, "rad"))[1:]
         if motors is not None:
-            driven = motor_command(0, _one_or_two("motors", motors))[1:]
-        sample = Sample._make((elapsed, *readings, *turned, *driven))
+            driven = motor_command(0, _numbers("motors", motors, (1, 2), LARGEST_VOLTAGE, "V"))[1:]
+        sample = Sample._make((0.0 if first else elapsed, *readings, *turned, *driven))
         return self._filter.step(self._corrector.step(sample))
 
     def reset(self) -> None:
@@ -100,27 +105,19 @@ class Estimator:
         self._filter.forget()
 
 
-def _positive(argument: str, value: float) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not 0.0 < number < math.inf:
-        raise ConfigurationError(f"`{argument}`: {value!r} is no time above 0 s")
-    return number
-
-
-def _one_or_two(argument: str, values: float | Sequence[float]) -> tuple[float, ...]:
-    given = (values,) if isinstance(values, (int, float)) else values
-    return _numbers(argument, given, (1, 2))
-
-
-def _numbers(argument: str, values: Sequence[float], counts: tuple[int, ...]) -> tuple[float, ...]:
-    try:
-        numbers = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        numbers = ()
-    wanted = " or ".join(map(str, counts))
-    if len(numbers) not in counts or not math.isfinite(sum(numbers)):
-        raise ConfigurationError(f"`{argument}`: {values!r}: {wanted} finite numbers are needed")
+def _numbers(
+    argument: str, values: object, counts: tuple[int, ...], limit: float, unit: str
+) -> tuple[float, ...]:
+    """Return one number or a sequence of them as floats, as many as one of `counts` says."""
+    given = elements_of(values)
+    numbers = tuple(map(as_number, (values,) if given is None else given))
+    if len(numbers) not in counts or any(map(math.isnan, numbers)):
+        wanted = " or ".join(map(str, counts))
+        raise ConfigurationError(
+            f"`{argument}`: {shown(values)}: {wanted} finite numbers are needed"
+        )
+    if max(map(abs, numbers)) > limit:
+        raise ConfigurationError(
+            f"`{argument}`: {shown(values)} is beyond any sensor: the limit is {limit:g} {unit}"
+        )
     return numbers

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..angles import wrapped
 from ..errors import RecordingError
+from ..parameters.bounds import Bounds, require_bounds
 from ..recording import FloatArray, Recording, StampArray, TiltTrack
 
 LARGEST_REFERENCE_GAP = 0.1
@@ -33,14 +34,20 @@ _LARGEST_DELAY = 0.5  # [s]; beyond it a linearised search means nothing
 
 @dataclass(frozen=True, slots=True)
 class ScoringOptions:
-    """Settings of the comparison with the reference."""
+    """Settings of the comparison with the reference.
 
-    reference_delay: float = 0.0
-    """The estimate stamped t is compared with the reference at t minus this [s]."""
-    reference_offset: float = 0.0
-    """Added to the reference [rad]."""
-    skip: float = 0.0
-    """Time at the start of each recording that is not scored [s]."""
+    Raises:
+        ConfigurationError: a value that is no number, or out of bounds.
+    """
+
+    reference_delay: Annotated[
+        float, Bounds(-10.0, 10.0, "s", "An estimate at t is compared with the reference at t - it")
+    ] = 0.0
+    reference_offset: Annotated[float, Bounds(-100.0, 100.0, "rad", "Added to the reference")] = 0.0
+    skip: Annotated[float, Bounds(0.0, 1e6, "s", "Time at the start that is not scored")] = 0.0
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
 
 
 @dataclass(frozen=True, slots=True)

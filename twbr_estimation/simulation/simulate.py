@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ConfigurationError
+from ..parameters.arguments import number_within, require_kind, shown, whole_number
 from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
+from ..samples import RESTART_GAP
 from .disturbances import STEP, gyro_drift, stream
 from .kernels import measure, measure_input
 from .planar_sensing import PlanarMotion, gyro_cross, imu_errors, mount_of, quantised
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
 
 WHEEL_COUNTS = 1320
 """Counts of the wheel encoder in one turn of the wheel."""
+LONGEST = 36_000.0
+"""Longest simulation [s]."""
+LARGEST_SEED = 2**63 - 1
 FIRST_STAMP = 1_000_000_000
 """Stamp of the first sample [ns]."""
 
@@ -70,12 +75,14 @@ def simulate(
     Raises:
         ConfigurationError: unknown world or scene, or a time that cannot be simulated.
     """
+    require_kind("world", world, (str, World), "the name of a world or a World")
     chosen = world_named(world) if isinstance(world, str) else world
-    every, samples = _sampling(dt, duration)
-    if scene not in SCENES:
-        raise ConfigurationError(f"there is no scene {scene!r}; there are: {', '.join(SCENES)}")
-    if seed < 0:
-        raise ConfigurationError(f"seed {seed} is below 0")
+    every, samples = sampling(dt, duration)
+    seed = require_seed(seed)
+    if not isinstance(scene, str) or scene not in SCENES:
+        raise ConfigurationError(
+            f"`scene`: there is no scene {shown(scene)}; there are: {', '.join(SCENES)}"
+        )
     setup, true_setup = setups_of(chosen, seed)
     plant = true_setup.robot.plant()
     performed = SCENES[scene](chosen, plant, (samples - 1) * every + 1, seed)
@@ -87,17 +94,35 @@ def simulate(
     return Simulated(recording, setup, true_setup, chosen, scene, seed, performed.falls, saturated)
 
 
-def _sampling(dt: float, duration: float) -> tuple[int, int]:
-    """Return the steps between two samples and the number of samples."""
-    if not (math.isfinite(dt) and math.isfinite(duration)):
-        raise ConfigurationError(f"dt {dt} s, duration {duration} s: not finite")
-    every = round(dt / STEP)
-    if every < 1 or abs(every * STEP - dt) > 1e-9:
-        raise ConfigurationError(f"dt {dt:g} s is not a multiple of the step {STEP:g} s")
+def sampling(dt: float, duration: float, step: float = STEP) -> tuple[int, int]:
+    """Return the steps between two samples and the number of samples.
+
+    Args:
+        dt: sampling period [s].
+        duration: length [s].
+        step: step of the simulation [s].
+
+    Raises:
+        ConfigurationError: a time that cannot be simulated.
+    """
+    dt = number_within("dt", dt, 0.0, RESTART_GAP, "s")
+    duration = number_within("duration", duration, 0.0, LONGEST, "s")
+    every = round(dt / step)
+    if every < 1 or abs(every * step - dt) > 1e-9:
+        raise ConfigurationError(f"`dt`: {dt:g} s is not a multiple of the step {step:g} s")
     samples = math.floor(duration / dt + 1e-6)
     if samples < 2:
-        raise ConfigurationError(f"duration {duration:g} s is below two periods of {dt:g} s")
+        raise ConfigurationError(f"`duration`: {duration:g} s is below two periods of {dt:g} s")
     return every, samples
+
+
+def require_seed(seed: int) -> int:
+    """Return the number of a random draw as an int.
+
+    Raises:
+        ConfigurationError: no whole number, or below 0.
+    """
+    return whole_number("seed", seed, 0, LARGEST_SEED)
 
 
 def setups_of(world: World, seed: int, robot: Robot | None = None) -> tuple[Setup, Setup]:

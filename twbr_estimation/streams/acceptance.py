@@ -12,10 +12,10 @@ from ..checks.recent import RecentChecks
 from ..checks.suitability import suitability
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import DEFAULT_WAIT, Pairer, WheelReading
+from ..pipeline.physical import imu_fault, wheel_fault
 from ..robot import Setup
 from ..samples import Sample
 from .acceptance_steps import Step, steps
-from .physical import imu_fault, wheel_fault
 
 WATCH = "let the robot balance, or lean it, roll it to and fro and turn it on the floor"
 """What is asked for while everything is watched."""

@@ -11,12 +11,12 @@ from collections import deque
 
 from ..messages import tilt_of_quaternion
 from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
+from ..pipeline.physical import LARGEST_VARIANCE, imu_fault, known_variance, wheel_fault
 from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
 from ..robot import Calibration
 from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample
 from .correction import UNKNOWN_TIME, StampedSamples
 from .messages import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
-from .physical import LARGEST_VARIANCE, imu_fault, known_variance, wheel_fault
 from .stamps import StampGuard, Verdict
 
 ROLL_YAW_VARIANCE = math.pi**2

@@ -7,9 +7,9 @@ from collections import Counter, deque
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
+from ..pipeline.physical import imu_fault, wheel_fault
 from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample, is_saturated
-from .physical import imu_fault, wheel_fault
 from .stamps import StampGuard, Verdict
 
 StampedSamples = list[tuple[int, CorrectedSample]]

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 from ..errors import MessageError
 from ..pipeline.pairing import MotorCommand, motor_command
+from ..pipeline.physical import LARGEST_VOLTAGE
 from ..samples import NANOSECONDS_PER_SECOND
-from .physical import LARGEST_VOLTAGE
 
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id
 _FRAME = 12

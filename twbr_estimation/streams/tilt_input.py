@@ -6,13 +6,13 @@ import math
 from collections import Counter
 
 from ..pipeline.pairing import MotorCommand
+from ..pipeline.physical import NOT_FINITE
 from ..robot import Setup
 from .corrected import CorrectedStream, has_angle, is_default, readings_of
 from .correction import CorrectionStream, StampedSamples
 from .device.stamping import Stamping
 from .inputs import InputSettings
 from .messages import decode_imu
-from .physical import NOT_FINITE
 from .wheels import WheelDecoder
 
 SWITCH_AFTER = 10

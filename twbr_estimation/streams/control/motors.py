@@ -20,9 +20,9 @@ from typing import Annotated
 from ...controllers.base import MotorVoltages
 from ...parameters.bounds import Bounds, Meaning, require_bounds
 from ...pipeline.pairing import WheelReading
+from ...pipeline.physical import BEYOND, FASTEST, NOT_FINITE
 from ...plants.laddach2022 import PlantState, motor_torque
 from ...samples import RESTART_GAP
-from ..physical import BEYOND, FASTEST, NOT_FINITE
 from ..stamps import StampGuard, Verdict
 from .balance import NO_VOLTAGE, BalanceConfiguration, BalanceStream, Standing
 from .freshness import FrozenTilt, judged_by_stamp
