@@ -12,6 +12,15 @@ import numpy as np
 
 from .samples import NANOSECONDS_PER_SECOND, Sample
 
+IMU_DOUBLES = 37
+"""Doubles of a serialised Imu: three vectors, each with its covariance of nine."""
+ORIENTATION, ORIENTATION_COVARIANCE = 0, 4
+GYRO, GYRO_COVARIANCE = 13, 16
+ACCEL, ACCEL_COVARIANCE = 25, 28
+"""Positions of the vectors and their covariances among the doubles."""
+UNREPORTED = -1.0
+"""First entry of the covariance of a vector that a message does not report (REP-145)."""
+
 
 def stamp_of(message: Any) -> int:
     """Return the header's stamp [ns]."""

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 from twbr_estimation.bags.columns import (
-    ACCEL,
-    GYRO,
-    ORIENTATION,
+    ACCEL_COLUMNS,
+    GYRO_COLUMNS,
+    ORIENTATION_COLUMNS,
     decode_float64_array,
     decode_imu,
     decode_temperature,
@@ -72,9 +72,9 @@ def test_imu(messages: list[tuple[int, str, list[float]]], little_endian: bool) 
     numbers = np.array([entry[2] for entry in messages])
     assert columns.stamps.tolist() == [entry[0] for entry in messages]
     assert columns.frames.tolist() == [entry[1] for entry in messages]
-    np.testing.assert_array_equal(columns.values[:, ORIENTATION], numbers[:, :4])
-    np.testing.assert_array_equal(columns.values[:, GYRO], numbers[:, 4:7])
-    np.testing.assert_array_equal(columns.values[:, ACCEL], numbers[:, 7:])
+    np.testing.assert_array_equal(columns.values[:, ORIENTATION_COLUMNS], numbers[:, :4])
+    np.testing.assert_array_equal(columns.values[:, GYRO_COLUMNS], numbers[:, 4:7])
+    np.testing.assert_array_equal(columns.values[:, ACCEL_COLUMNS], numbers[:, 7:])
     assert columns.broken == 0
 
 

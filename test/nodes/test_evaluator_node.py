@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import subprocess
 import time
 from collections.abc import Iterator
@@ -23,7 +24,7 @@ from std_srvs.srv import Trigger
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.messages import set_stamp, set_tilt
 from twbr_estimation.nodes.estimator_inputs import FLOAT64
-from twbr_estimation.nodes.evaluator_node import FIGURES, MOST_ESTIMATORS, EvaluatorNode
+from twbr_estimation.nodes.evaluator_node import FIGURE_TOPICS, MOST_ESTIMATORS, EvaluatorNode
 
 TOPICS = ("imu/data", "tilt/compare", "reference/joint_states", "other/imu", "their/joints")
 PERIOD = 2_000_000
@@ -82,7 +83,7 @@ def test_known_errors_come_back_as_figures_topics_and_json(graph: Any, tmp_path:
         source="test",
     )
     source = Source(graph)
-    topics = [f"/evaluator_node/active/{figure}" for figure in FIGURES]
+    topics = [f"/evaluator_node/active/{figure}" for figure in FIGURE_TOPICS]
     figures = {topic: graph.collect(Float64, topic) for topic in topics}
     graph.settle()
     for index in range(400):
@@ -293,18 +294,18 @@ def test_settings_are_fixed_once_it_runs(graph: Any) -> None:
     assert not node.set_parameters([Parameter("skip", value=1.0)])[0].successful
 
 
-@pytest.mark.usefixtures("domain")
-def test_a_run_without_data_ends_cleanly_and_says_so(python: str) -> None:
-    program = (
-        "import os, signal, sys, threading\n"
-        "from twbr_estimation.nodes.evaluator_node import main\n"
-        "threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-        "sys.exit(main())"
+def test_a_run_without_data_ends_cleanly_and_says_so(graph: Any, python: str) -> None:
+    program = "import sys; from twbr_estimation.nodes.evaluator_node import main; sys.exit(main())"
+    process = subprocess.Popen(
+        [python, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    result = subprocess.run([python, "-c", program], capture_output=True, text=True, timeout=30)
-    assert result.returncode == 0, result.stderr
-    assert "no estimate has been compared" in result.stdout + result.stderr
-    assert "Traceback" not in result.stderr
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
+    graph.spin_until(lambda: bool(diagnostics), limit=60.0)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=30)
+    assert process.returncode == 0, errors
+    assert "no estimate has been compared" in output + errors
+    assert "Traceback" not in errors
 
 
 @pytest.mark.parametrize("name", ["my-filter", "my filter", "1st", "a__b", "", "x" * 300, "ü/.."])

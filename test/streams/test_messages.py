@@ -10,9 +10,8 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from twbr_estimation.errors import MessageError
+from twbr_estimation.messages import ACCEL, GYRO
 from twbr_estimation.streams.messages import (
-    ACCEL,
-    GYRO,
     ImuEncoder,
     JointStateEncoder,
     decode_imu,

@@ -14,20 +14,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
+from ..messages import (
+    ACCEL,
+    ACCEL_COVARIANCE,
+    GYRO,
+    GYRO_COVARIANCE,
+    IMU_DOUBLES,
+    ORIENTATION,
+    ORIENTATION_COVARIANCE,
+)
 from ..recording import FloatArray
 from ..samples import NANOSECONDS_PER_SECOND
 from .message_batch import IntArray, MessageBatch
 
-IMU_DOUBLES = 37
-"""Quaternion and its covariance, angular velocity and its, linear acceleration and its."""
-IMU_COLUMNS = np.array([0, 1, 2, 3, 4, 13, 14, 15, 16, 25, 26, 27, 28])
-"""Of those the vectors, each followed by the first entry of its covariance."""
-ORIENTATION, ORIENTATION_COVARIANCE = slice(0, 4), 4
-GYRO, GYRO_COVARIANCE = slice(5, 8), 8
-ACCEL, ACCEL_COVARIANCE = slice(9, 12), 12
-"""Their positions among the decoded columns."""
-UNREPORTED = -1.0
-"""First covariance of a field that a message does not report (REP-145)."""
+IMU_COLUMNS = np.array(
+    [
+        *range(ORIENTATION, ORIENTATION_COVARIANCE + 1),
+        *range(GYRO, GYRO_COVARIANCE + 1),
+        *range(ACCEL, ACCEL_COVARIANCE + 1),
+    ]
+)
+"""Of an Imu's doubles the vectors, each followed by the first entry of its covariance."""
+ORIENTATION_COLUMNS, ORIENTATION_STATED = slice(0, 4), 4
+GYRO_COLUMNS, GYRO_STATED = slice(5, 8), 8
+ACCEL_COLUMNS, ACCEL_STATED = slice(9, 12), 12
+"""Where the vectors and those entries are among the decoded columns."""
 _ORDERS = {0: ">", 1: "<"}
 
 

@@ -7,20 +7,29 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..messages import (
+    ACCEL,
+    ACCEL_COVARIANCE,
+    GYRO,
+    GYRO_COVARIANCE,
+    IMU_DOUBLES,
+    ORIENTATION,
+    ORIENTATION_COVARIANCE,
+    UNREPORTED,
+)
 from ..recording import FloatArray, ImuTrack, StampArray
 from ..samples import NANOSECONDS_PER_SECOND
-from .columns import UNREPORTED
 
 _ENCAPSULATION = b"\x00\x01\x00\x00"
 
 
 def imu_messages(track: ImuTrack) -> list[bytes]:
     """Return `sensor_msgs/Imu` messages without orientation; covariances unknown."""
-    values = np.zeros((track.stamps.size, 37))
-    values[:, 3] = 1.0
-    values[:, 4] = UNREPORTED
-    values[:, 13:16] = track.gyro
-    values[:, 25:28] = track.accel
+    values = np.zeros((track.stamps.size, IMU_DOUBLES))
+    values[:, ORIENTATION + 3] = 1.0
+    values[:, ORIENTATION_COVARIANCE] = UNREPORTED
+    values[:, GYRO : GYRO + 3] = track.gyro
+    values[:, ACCEL : ACCEL + 3] = track.accel
     return _messages(track.stamps, _aligned_string(track.frame_id), [values])
 
 
@@ -28,14 +37,14 @@ def orientation_messages(
     stamps: StampArray, tilt: FloatArray, rate: FloatArray | None, frame_id: str
 ) -> list[bytes]:
     """Return `sensor_msgs/Imu` messages that carry a tilt as orientation."""
-    values = np.zeros((stamps.size, 37))
-    values[:, 1] = np.sin(tilt / 2.0)
-    values[:, 3] = np.cos(tilt / 2.0)
-    values[:, 25 + 3] = UNREPORTED
+    values = np.zeros((stamps.size, IMU_DOUBLES))
+    values[:, ORIENTATION + 1] = np.sin(tilt / 2.0)
+    values[:, ORIENTATION + 3] = np.cos(tilt / 2.0)
+    values[:, ACCEL_COVARIANCE] = UNREPORTED
     if rate is None:
-        values[:, 13 + 3] = UNREPORTED
+        values[:, GYRO_COVARIANCE] = UNREPORTED
     else:
-        values[:, 14] = rate
+        values[:, GYRO + 1] = rate
     return _messages(stamps, _aligned_string(frame_id), [values])
 
 

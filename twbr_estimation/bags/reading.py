@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ConfigurationError, RecordingError
-from ..messages import tilt_of_quaternion
+from ..messages import UNREPORTED, tilt_of_quaternion
 from ..recording import (
     SINGLE_WHEEL_JOINT,
     ImuTrack,
@@ -22,13 +22,12 @@ from ..recording import (
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
 from .cleaning import Cleaner, Required
 from .columns import (
-    ACCEL,
-    ACCEL_COVARIANCE,
-    GYRO,
-    GYRO_COVARIANCE,
-    ORIENTATION,
-    ORIENTATION_COVARIANCE,
-    UNREPORTED,
+    ACCEL_COLUMNS,
+    ACCEL_STATED,
+    GYRO_COLUMNS,
+    GYRO_STATED,
+    ORIENTATION_COLUMNS,
+    ORIENTATION_STATED,
     Columns,
 )
 from .contents import Contents, TopicRequest, read_contents
@@ -122,13 +121,18 @@ class _Reader:
         assert columns is not None
         total = columns.stamps.size
         cleaner = Cleaner(topic, self.repairs)
-        for covariance, what in ((GYRO_COVARIANCE, "rate"), (ACCEL_COVARIANCE, "acceleration")):
+        for covariance, what in ((GYRO_STATED, "rate"), (ACCEL_STATED, "acceleration")):
             reported = columns.values[:, covariance] != UNREPORTED
             columns = cleaner.keep(columns, reported, f"messages that report no {what} dropped")
-        readings = (*range(GYRO.start, GYRO.stop), *range(ACCEL.start, ACCEL.stop))
+        readings = (
+            *range(GYRO_COLUMNS.start, GYRO_COLUMNS.stop),
+            *range(ACCEL_COLUMNS.start, ACCEL_COLUMNS.stop),
+        )
         columns = self._clean(topic, columns, readings, total)
         frame = str(columns.frames[0]) or "imu_link"
-        return ImuTrack(columns.stamps, columns.values[:, GYRO], columns.values[:, ACCEL], frame)
+        return ImuTrack(
+            columns.stamps, columns.values[:, GYRO_COLUMNS], columns.values[:, ACCEL_COLUMNS], frame
+        )
 
     def _wheels(self) -> WheelTrack | None:
         columns = self._columns("joint_states")
@@ -160,21 +164,21 @@ class _Reader:
                 rate = None
             return TiltTrack(columns.stamps, columns.values[:, 0], rate)
         oriented = self._oriented(request.topic, columns)
-        columns = self._clean(request.topic, oriented, ORIENTATION, columns.stamps.size)
-        x, y, z, w = columns.values[:, ORIENTATION].T
-        rates = columns.values[:, GYRO]
-        known = np.all(columns.values[:, GYRO_COVARIANCE] != UNREPORTED)
+        columns = self._clean(request.topic, oriented, ORIENTATION_COLUMNS, columns.stamps.size)
+        x, y, z, w = columns.values[:, ORIENTATION_COLUMNS].T
+        rates = columns.values[:, GYRO_COLUMNS]
+        known = np.all(columns.values[:, GYRO_STATED] != UNREPORTED)
         rate = rates[:, 1] if known and np.all(np.isfinite(rates)) else None
         return TiltTrack(columns.stamps, tilt_of_quaternion(x, y, z, w), rate)
 
     def _oriented(self, topic: str, columns: Columns) -> Columns:
         """Drop messages that declare no orientation (REP-145) or hold a zero quaternion."""
         cleaner = Cleaner(topic, self.repairs)
-        reported = columns.values[:, ORIENTATION_COVARIANCE] != UNREPORTED
+        reported = columns.values[:, ORIENTATION_STATED] != UNREPORTED
         columns = cleaner.keep(columns, reported, "messages that report no orientation dropped")
-        real = ~np.all(columns.values[:, ORIENTATION] == 0.0, axis=1)
+        real = ~np.all(columns.values[:, ORIENTATION_COLUMNS] == 0.0, axis=1)
         columns = cleaner.keep(columns, real, "messages with a zero quaternion dropped")
-        within = np.clip(columns.values[:, ORIENTATION], -2.0, 2.0)
+        within = np.clip(columns.values[:, ORIENTATION_COLUMNS], -2.0, 2.0)
         unit = np.abs(np.linalg.norm(within, axis=1) - 1.0) <= _UNIT_TOLERANCE
         unit |= ~np.all(np.isfinite(within), axis=1)  # counted as such later
         return cleaner.keep(columns, unit, "messages with a quaternion not of length 1 dropped")

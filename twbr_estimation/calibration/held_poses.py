@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RecordingError
+from ..noise.blocks import BLOCK, Blocks
 from ..recording import FloatArray, Recording
 
-BLOCK = 0.1
-"""Readings are averaged over this time [s] before they are searched for poses."""
 SETTLED = 0.2
 """Time left out at either end of a pose [s]."""
 SHORTEST_POSE = 0.5
@@ -77,18 +76,15 @@ def _resolution(tilt: FloatArray) -> float:
 
 def _held(times: FloatArray, tilt: FloatArray, gyro: FloatArray) -> FloatArray:
     """Return for each reading whether the robot is held at that time, (n,)."""
-    blocks, members = np.unique(np.floor(times / BLOCK), return_inverse=True)
-    weights = np.bincount(members)
-    angle = np.bincount(members, tilt) / weights
-    rate = np.stack([np.bincount(members, column) / weights for column in gyro.T], axis=1)
-    steady = np.ones(blocks.size, dtype=bool)
-    moves = np.abs(np.diff(angle)) > REFERENCE_RATE * BLOCK * np.diff(blocks)
+    blocks = Blocks(times)
+    angle, rate = blocks.means(tilt), blocks.means(gyro)
+    steady = np.ones(angle.size, dtype=bool)
+    moves = np.abs(np.diff(angle)) > REFERENCE_RATE * BLOCK * np.diff(blocks.numbers)
     steady[1:] &= ~moves
     steady[:-1] &= ~moves
     if steady.any():
-        away = np.linalg.norm(rate - np.median(rate[steady], axis=0), axis=1)
-        steady &= away < GYRO_RATE
-    held: FloatArray = steady[members]
+        steady &= blocks.away(gyro, np.median(rate[steady], axis=0)) < GYRO_RATE
+    held: FloatArray = steady[blocks.of_reading]
     return held
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..errors import MotionError, RecordingError
+from ..noise.blocks import window_means
 from ..recording import FloatArray, Recording
 from ..robot import Calibration, Setup
 from .drift import standard_errors, white_deviation
@@ -105,8 +106,8 @@ def calibrate_still(recording: Recording, setup: Setup, options: StillOptions) -
         triple(accel_noise),
         (triple(imu.gyro.min(axis=0)), triple(imu.gyro.max(axis=0))),
         window,
-        _window_means(imu.gyro, window, dt),
-        _window_means(imu.accel, window, dt),
+        window_means(imu.gyro, round(window / dt)),
+        window_means(imu.accel, round(window / dt)),
     )
 
 
@@ -161,11 +162,3 @@ def _pooled(deviations: FloatArray, otherwise: float) -> float:
     """Return the rms over the axes; a noiseless sensor keeps what was configured."""
     pooled = float(np.sqrt(np.mean(np.square(deviations))))
     return pooled if pooled > 0.0 else otherwise
-
-
-def _window_means(values: FloatArray, window: float, dt: float) -> FloatArray:
-    """Return the means of successive whole windows, (w, 3), of readings (n, 3)."""
-    size = min(max(round(window / dt), 1), values.shape[0])
-    count = values.shape[0] // size
-    means: FloatArray = values[: count * size].reshape(count, size, -1).mean(axis=1)
-    return means

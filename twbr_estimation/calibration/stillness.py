@@ -15,6 +15,7 @@ import numpy as np
 
 from ..checks.units import of_accelerometer
 from ..errors import CalibrationError, ConfigurationError, MotionError
+from ..noise.blocks import BLOCK, Blocks
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import SampleTrack
 from ..recording import FloatArray
@@ -22,8 +23,6 @@ from ..robot import Calibration, Robot
 from ..samples import READINGS, STANDARD_GRAVITY, Sample
 from ..sensors.error_model import scale_error, unscaled
 
-BLOCK = 0.1
-"""Readings are averaged over this time [s] before they are searched for motion."""
 LARGEST_ACCEL_BIAS = 0.4 * STANDARD_GRAVITY
 """The worst boards are off by this [m/s^2]."""
 Triple = tuple[float, float, float]
@@ -190,9 +189,7 @@ def movement_in(
         wheel: wheel angles [rad], (n, w), where known.
         limits: what counts as still.
     """
-    _, members = np.unique(np.floor(ages / BLOCK).astype(np.int64), return_inverse=True)
-    weights = np.bincount(members)
-    centres = np.bincount(members, ages) / weights
+    blocks = Blocks(ages)
     signals = [
         ("rate", gyro, limits.rate_limit, "rad/s"),
         ("acceleration", accel, limits.accel_limit, "m/s^2"),
@@ -200,12 +197,11 @@ def movement_in(
     if wheel is not None:
         signals.append(("wheel angle", wheel, limits.wheel_limit, "rad"))
     for what, values, limit, unit in signals:
-        means = np.stack([np.bincount(members, column) / weights for column in values.T], axis=1)
-        away = np.linalg.norm(means - np.median(means, axis=0), axis=1)
+        away = blocks.away(values, np.median(blocks.means(values), axis=0))
         worst = int(np.argmax(away))
         if away[worst] > limit:
             size = f"{what} {away[worst]:.3g} {unit} away from the rest, limit {limit:g}"
-            return Movement(float(centres[worst]), float(np.mean(away > limit)), size)
+            return Movement(float(blocks.centres[worst]), float(np.mean(away > limit)), size)
     turning = float(np.linalg.norm(gyro.mean(axis=0)))
     if turning > limits.bias_limit:
         size = f"it turns, mean rate {turning:.3g} rad/s, limit {limits.bias_limit:.3g}"

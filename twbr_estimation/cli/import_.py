@@ -14,11 +14,12 @@ from ..checks.check import check
 from ..checks.finding import noteworthy
 from ..imports import ImportOptions, formats, load, write_import
 from ..robot import CorrectionSettings, Setup
+from .arguments import in_flags
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
-    lines = (f"  {name:16} {module.FORMAT}" for name, module in formats().items())
+    lines = (f"  {name:16} {in_flags(module.FORMAT)}" for name, module in formats().items())
     parser = subparsers.add_parser(
         "import",
         description="Turn a log of another kind into a recording with its robot's description.",

@@ -77,8 +77,8 @@ def origin_of(path: Path, config: Path | None = None) -> str:
     return "; ".join(f"{', '.join(names)} from {folder}" for folder, names in by_folder.items())
 
 
-def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:
-    """Return `setup` with exactly these motion terms switched on.
+def require_terms(terms: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of motion terms as a tuple.
 
     Raises:
         ConfigurationError: there is no such term.
@@ -88,5 +88,15 @@ def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:
             raise ConfigurationError(
                 f"`terms`: there is no {shown(name)}; there are {', '.join(TERMS)}"
             )
-    switches = {name: name in terms for name in TERMS}
+    return tuple(terms)
+
+
+def with_terms(setup: Setup, terms: Sequence[str]) -> Setup:
+    """Return `setup` with exactly these motion terms switched on.
+
+    Raises:
+        ConfigurationError: there is no such term.
+    """
+    chosen = require_terms(terms)
+    switches = {name: name in chosen for name in TERMS}
     return replace(setup, correction=replace(setup.correction, **switches))

@@ -7,7 +7,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..bags import TopicNames, read_recording
-from ..configuration.of_recording import CONFIG_FOLDER, configuration, origin_of, with_terms
+from ..configuration.of_recording import (
+    CONFIG_FOLDER,
+    configuration,
+    origin_of,
+    require_terms,
+    with_terms,
+)
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..parameters.arguments import require_kind, require_names
@@ -55,10 +61,11 @@ def load(
     compared = ScoringOptions() if options is None else options
     require_kind("options", compared, ScoringOptions, "ScoringOptions")
     roles = require_names("required", required)
+    switched = None if terms is None else require_terms(require_names("terms", terms))
     recording = read_recording(folder, given, _topics(estimators), roles)
     setup, settings = configuration(folder, max(period, recording.dt), chosen, preset)
-    if terms is not None:
-        setup = with_terms(setup, require_names("terms", terms))
+    if switched is not None:
+        setup = with_terms(setup, switched)
     notes: tuple[str, ...] = ()
     if chosen is None and not is_folder(folder / CONFIG_FOLDER):
         notes = (f"{path}: no robot is described there and no `config` given; {_DEFAULT_ROBOT}",)

@@ -21,7 +21,7 @@ from ..samples import STANDARD_GRAVITY
 from .imported import ImportedLog, ImportOptions, uniform_stamps
 from .matlab import matlab_variables, number_of
 
-FORMAT = "MATLAB file of the BROAD set (IMU and motion capture); see --axis"
+FORMAT = "MATLAB file of the BROAD set (IMU and motion capture); see `axis`"
 
 WHEEL_RADIUS = 0.0375
 """Radius of the virtual wheel [m]."""

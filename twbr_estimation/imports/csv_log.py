@@ -29,7 +29,7 @@ from .csv_text import read_rows
 from .csv_time import clock_seconds, counter_size, unwrapped
 from .imported import START, ImportedLog, ImportOptions, cleaned, stamps_from_seconds
 
-FORMAT = "comma-separated values, their columns described with --columns YAML"
+FORMAT = "comma-separated values, their columns described by the YAML of `columns`"
 
 DROPPED = "rows that are not numbers dropped"
 MONITOR = "serial_monitor"
@@ -48,7 +48,7 @@ def load(path: Path, options: ImportOptions) -> ImportedLog:
         RecordingError: no description, a column that is missing, or nothing usable.
     """
     if options.description is None:
-        raise RecordingError(f"{path}: its columns are not described (--columns YAML)")
+        raise RecordingError(f"{path}: its columns are not described (`columns`, a YAML file)")
     description = read_description(options.description)
     repairs: Counter[str] = Counter()
     table = _Table(path, description, repairs)

@@ -24,20 +24,13 @@ from std_srvs.srv import SetBool
 
 from ..controllers.base import MotorVoltages
 from ..errors import MessageError
-from ..messages import tilt_of_quaternion
+from ..messages import GYRO, ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
 from ..pipeline.physical import NOT_FINITE
 from ..streams.control.balance import NO_VOLTAGE, Standing
 from ..streams.control.deadline import Deadline
 from ..streams.control.motors import UNINTERRUPTED, ControlConfiguration, ControlStream
 from ..streams.corrected import has_angle, is_default
-from ..streams.messages import (
-    GYRO,
-    ORIENTATION,
-    ORIENTATION_COVARIANCE,
-    decode_float64,
-    decode_imu,
-    encode_float64s,
-)
+from ..streams.messages import decode_float64, decode_imu, encode_float64s
 from ..streams.wheels import WheelDecoder
 from .controller_parameters import (
     TiltSource,

@@ -15,8 +15,9 @@ from ..pipeline.pairing import MotorCommand, WheelReading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
 from ..streams.corrected import imu_values
-from ..streams.correction import CorrectionStream, StampedSamples
+from ..streams.correction import CorrectionStream
 from ..streams.device.stamping import Stamping
+from ..streams.guarded import StampedSamples
 from ..streams.messages import ImuEncoder, decode_raw_imu
 from ..streams.wheels import WheelDecoder
 from .calibration_service import CalibrationService

@@ -15,15 +15,9 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
 from ..errors import MessageError
-from ..messages import tilt_of_quaternion
+from ..messages import ORIENTATION, ORIENTATION_COVARIANCE, UNREPORTED, tilt_of_quaternion
 from ..scoring.estimator_topics import EstimatorTopic
-from ..streams.messages import (
-    ORIENTATION,
-    ORIENTATION_COVARIANCE,
-    JointStateDecoder,
-    decode_float64,
-    decode_imu,
-)
+from ..streams.messages import JointStateDecoder, decode_float64, decode_imu
 from .qos import overridable, subscribed
 
 IMU, JOINT_STATE, FLOAT64 = (
@@ -142,5 +136,5 @@ class EstimatorInput:
 def _imu(data: bytes) -> tuple[int, tuple[str, ...], tuple[float, ...]]:
     stamp, values = decode_imu(data)
     x, y, z, w = values[ORIENTATION : ORIENTATION + 4]
-    oriented = values[ORIENTATION_COVARIANCE] != -1.0 and (x, y, z, w) != (0, 0, 0, 0)
+    oriented = values[ORIENTATION_COVARIANCE] != UNREPORTED and (x, y, z, w) != (0, 0, 0, 0)
     return stamp, (), (float(tilt_of_quaternion(x, y, z, w)) if oriented else math.nan,)

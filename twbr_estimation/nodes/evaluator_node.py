@@ -26,6 +26,7 @@ from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..scoring.errors import RecordingScore, ScoringOptions
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
+from ..scoring.figures import FIGURES
 from ..scoring.live import LiveEvaluation
 from ..streams.messages import JointStateDecoder
 from .declarations import declarations_of, settings_from
@@ -36,8 +37,8 @@ from .parameters import NodeParameters
 from .qos import overridable, published, subscribed
 from .spin import run
 
-FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg")
-"""Figures with a topic each, below the estimator's name."""
+FIGURE_TOPICS = tuple(each.name for each in FIGURES if each.name != "delay_s")
+"""Figures with a topic each, below the estimator's name; the delay is searched for at the end."""
 PROGRESS_EVERY = 20
 """Estimates between two messages on `~/progress`."""
 PROGRESS_PERIOD = 0.05
@@ -237,7 +238,7 @@ class EvaluatorNode(GuardedNode):
             each.look()
         self._live.update()
         for name, score in self._live.scores(delays=False).items():
-            for figure in FIGURES:
+            for figure in FIGURE_TOPICS:
                 self._figure(name, figure).publish(Float64(data=getattr(score, figure)))
 
     def _figure(self, name: str, figure: str) -> Any:
@@ -257,7 +258,7 @@ class EvaluatorNode(GuardedNode):
             **{f"{name}.not_used": count for name, count in self._live.refused.items()},
         }
         for name, score in scores.items():
-            values |= {f"{name}.{figure}": getattr(score, figure) for figure in FIGURES}
+            values |= {f"{name}.{figure}": getattr(score, figure) for figure in FIGURE_TOPICS}
             values |= {f"{name}.samples": score.samples, f"{name}.left_out": score.left_out}
         if REFERENCE not in self._last_stamps:
             return Report(Level.WARN, "waiting for reference/joint_states", values)

@@ -17,14 +17,8 @@ from std_srvs.srv import SetBool, Trigger
 from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot, Source, Status, StreamRate
 from ..dashboard.telemetry import ACTIVE, Telemetry
 from ..errors import TwbrError
-from ..messages import tilt_of_quaternion
-from ..streams.messages import (
-    ORIENTATION,
-    ORIENTATION_COVARIANCE,
-    JointStateDecoder,
-    decode_imu,
-    decode_raw_imu,
-)
+from ..messages import ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
+from ..streams.messages import JointStateDecoder, decode_imu, decode_raw_imu
 from .graph_recorder import GraphRecorder
 from .graph_requests import Requests
 from .qos import latched

@@ -16,21 +16,22 @@ from typing import Annotated, Any
 from sensor_msgs.msg import Imu, JointState
 
 from ..errors import ConfigurationError
+from ..messages import (
+    ACCEL,
+    ACCEL_COVARIANCE,
+    GYRO,
+    GYRO_COVARIANCE,
+    IMU_DOUBLES,
+    ORIENTATION_COVARIANCE,
+    UNREPORTED,
+)
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..streams.device.clock import DeviceClock
 from ..streams.device.frames import TICK, WRAP, DeviceSample, decode_frame
 from ..streams.device.lines import NANOSECOND, LineDecoder
 from ..streams.device.port import PortStream, text_decoder
 from ..streams.device.stamping import Stamps
-from ..streams.messages import (
-    ACCEL,
-    ACCEL_COVARIANCE,
-    GYRO,
-    GYRO_COVARIANCE,
-    ORIENTATION_COVARIANCE,
-    ImuEncoder,
-    JointStateEncoder,
-)
+from ..streams.messages import ImuEncoder, JointStateEncoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
@@ -39,8 +40,6 @@ from .qos import overridable, published
 from .spin import run
 
 SINGLE = "wheel_joint"
-DOUBLES = 37
-"""Of an Imu."""
 
 
 class Format(Enum):
@@ -121,7 +120,7 @@ class SerialNode(DeviceNode):
         self._stream: PortStream | None = None
         self._opened = 0
         self._reported = 0
-        self._values = [0.0] * DOUBLES
+        self._values = [0.0] * IMU_DOUBLES
         self._joints: JointStateEncoder | None = None
         self._last_wheels: tuple[int, tuple[float, ...]] = (0, ())
         self._diagnostics = Diagnostics(self, self.report, "serial port")
@@ -152,7 +151,7 @@ class SerialNode(DeviceNode):
         self._stream = stream
         self._last_wheels = (0, ())
         self._encoder = ImuEncoder(settings.frame_id)
-        self._values[ORIENTATION_COVARIANCE] = -1.0
+        self._values[ORIENTATION_COVARIANCE] = UNREPORTED
         for first, deviation in (
             (GYRO_COVARIANCE, settings.gyro_stddev),
             (ACCEL_COVARIANCE, settings.accel_stddev),

@@ -22,7 +22,7 @@ from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from ..errors import MessageError
-from ..messages import set_time
+from ..messages import ACCEL, GYRO, IMU_DOUBLES, set_time
 from ..robot import Robot
 from ..sensors.encoder import EncoderSettings
 from ..sensors.motion import Angle
@@ -30,7 +30,7 @@ from ..sensors.simulated_counter import SimulatedCounter
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
 from ..simulation.robot import SensorReading
 from ..simulation.simulate import WHEEL_COUNTS
-from ..streams.messages import ACCEL, GYRO, ImuEncoder, JointStateEncoder, decode_float64s
+from ..streams.messages import ImuEncoder, JointStateEncoder, decode_float64s
 from ..streams.simulator.settings import Disturbance, SensorPath, SimulatorSettings
 from ..streams.simulator.simulator import Simulator
 from .declarations import declarations_of, settings_from
@@ -100,7 +100,7 @@ class SimulatorNode(GuardedNode):
 
         settings = self.settings
         self._imu_encoder = ImuEncoder(settings.frame_id)
-        self._imu_values = [0.0] * 37
+        self._imu_values = [0.0] * IMU_DOUBLES
         self._imu_values[4] = -1.0  # REP-145: no orientation
         self._joint_encoder = JointStateEncoder(self.simulator.joints, efforts=True)
         self._reference_encoder = JointStateEncoder([settings.reference_joint])

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..recording import FloatArray, ImuTrack
+from .blocks import BLOCK, window_means
 
-BLOCK = 0.1
-"""Readings are averaged over this time [s] before they are searched for motion."""
 _BLOCKS = 10  # in a window that is at rest or not
 RATE_LIMIT = 0.01
 """Largest standard deviation of the averaged rate at rest [rad/s]."""
@@ -49,8 +48,8 @@ def longest_rest(imu: ImuTrack, dt: float) -> slice:
     count = imu.stamps.size // size
     calm = np.ones(count, dtype=bool)
     for values, limit in ((imu.gyro, RATE_LIMIT), (imu.accel, ACCEL_LIMIT)):
-        blocks = values[: count * size].reshape(count, _BLOCKS, block, 3).mean(axis=2)
-        calm &= np.all(blocks.std(axis=1) < limit, axis=1)
+        means = window_means(values[: count * size], block).reshape(count, _BLOCKS, 3)
+        calm &= np.all(means.std(axis=1) < limit, axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], calm, [False]]).astype(int)))
     if edges.size == 0:
         return slice(0, 0)
@@ -68,6 +67,5 @@ def drift(values: FloatArray, period: float, window: float) -> Drift:
         window: length of a window [s].
     """
     size = min(values.shape[0], max(1, int(window / period)))
-    count = values.shape[0] // size
-    means = values[: count * size].reshape(count, size, 3).mean(axis=1)
-    return Drift(size * period, (np.arange(count) + 0.5) * size * period, means)
+    means = window_means(values, size)
+    return Drift(size * period, (np.arange(means.shape[0]) + 0.5) * size * period, means)

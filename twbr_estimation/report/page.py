@@ -18,6 +18,7 @@ from ..drives import Runs
 from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..scoring.errors import ScoringOptions, mean_over
+from ..scoring.figures import FIGURES
 from .data import RAW, RecordingReport
 from .traces import REFERENCE, Trace, styles_of, traces_of
 
@@ -25,14 +26,6 @@ POINTS = 12_000
 """Points of a line when there is one recording; several share them."""
 FEWEST_POINTS = 3_000
 TEMPLATE = "page.html"
-FIGURES = (
-    ("MSE [deg²]", "mse_deg2", "{:.4f}", 1.0),
-    ("RMSE [deg]", "rmse_deg", "{:.4f}", 1.0),
-    ("bias [deg]", "bias_deg", "{:+.4f}", 1.0),
-    ("max [deg]", "max_abs_deg", "{:.3f}", 1.0),
-    ("delay [ms]", "delay_s", "{:+.2f}", 1e3),
-)
-"""Columns of the tables of estimators: heading, field of `Score`, form, factor."""
 _PACKAGES = ("numpy", "scipy", "numba", "bokeh")
 _YEAR_2000 = 946_684_800_000_000_000
 
@@ -87,7 +80,7 @@ def render(reports: Sequence[RecordingReport], command: str, options: ScoringOpt
         places=places,
         script=script,
         library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
-        headings=[heading for heading, *_ in FIGURES],
+        headings=[f"{each.title} [{each.unit}]" for each in FIGURES],
         mean=_mean_rows(reports),
         command=command,
         versions=versions(),
@@ -167,8 +160,7 @@ def _rows(report: RecordingReport, traces: Sequence[Trace]) -> list[TableRow]:
         trace = by_name[name]
         figures = None if score is None else score.estimators.get(name)
         cells = tuple(
-            "" if figures is None else form.format(getattr(figures, figure) * factor)
-            for _, figure, form, factor in FIGURES
+            "" if figures is None else each.text(getattr(figures, each.name)) for each in FIGURES
         )
         rows.append(TableRow(name, trace.colour, trace.dash, trace.visible, cells))
     return rows
@@ -181,8 +173,7 @@ def _mean_rows(reports: Sequence[RecordingReport]) -> list[tuple[str, tuple[str,
         return []
     means = sorted(mean_over(scores).items(), key=lambda item: item[1]["mse_deg2"])
     return [
-        (name, tuple(form.format(values[key] * factor) for _, key, form, factor in FIGURES))
-        for name, values in means
+        (name, tuple(each.text(values[each.name]) for each in FIGURES)) for name, values in means
     ]
 
 

@@ -19,6 +19,7 @@ from ..angles import wrapped
 from ..errors import RecordingError
 from ..parameters.bounds import Bounds, require_bounds
 from ..recording import FloatArray, Recording, StampArray, TiltTrack
+from .figures import FIGURES
 
 LARGEST_REFERENCE_GAP = 0.1
 """Reference samples further apart than this [s], and than five periods, are a gap."""
@@ -341,9 +342,6 @@ def finite_only(
     return kept, found
 
 
-_FIGURES = ("mse_deg2", "rmse_deg", "bias_deg", "max_abs_deg", "delay_s")
-
-
 def mean_over(recordings: Sequence[RecordingScore]) -> dict[str, dict[str, float]]:
     """Return every figure's mean over the recordings, for estimators that are in all."""
     names = [
@@ -353,8 +351,8 @@ def mean_over(recordings: Sequence[RecordingScore]) -> dict[str, dict[str, float
     ]
     return {
         name: {
-            figure: float(np.mean([getattr(r.estimators[name], figure) for r in recordings]))
-            for figure in _FIGURES
+            each.name: float(np.mean([getattr(r.estimators[name], each.name) for r in recordings]))
+            for each in FIGURES
         }
         for name in names
     }

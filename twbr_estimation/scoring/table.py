@@ -14,15 +14,7 @@ from rich.table import Table
 
 from ..disk.writing import write_text
 from .errors import SMOOTHED, RecordingScore, as_json, mean_over
-
-_COLUMNS = (
-    ("MSE\n[deg²]", "mse_deg2", "{:.4f}"),
-    ("RMSE\n[deg]", "rmse_deg", "{:.4f}"),
-    ("bias\n[deg]", "bias_deg", "{:+.4f}"),
-    ("max\n[deg]", "max_abs_deg", "{:.3f}"),
-    ("delay\n[ms]", "delay_s", "{:+.2f}"),
-)
-_MILLISECONDS = 1e3
+from .figures import FIGURES
 
 
 def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:
@@ -84,9 +76,9 @@ def write_json(target: str, document: Mapping[str, object]) -> None:
 
 
 def _print_recording(console: Console, entry: RecordingScore) -> None:
-    title = f"{entry.source}: {entry.samples} samples at {entry.dt * _MILLISECONDS:g} ms"
+    title = f"{entry.source}: {entry.samples} samples at {entry.dt * 1e3:g} ms"
     figures = {
-        name: {column: getattr(score, column) for _, column, _ in _COLUMNS}
+        name: {each.name: getattr(score, each.name) for each in FIGURES}
         for name, score in entry.estimators.items()
     }
     console.print(_table(title, figures))
@@ -108,12 +100,10 @@ def _print_recording(console: Console, entry: RecordingScore) -> None:
 def _table(title: str, figures: Mapping[str, Mapping[str, float]]) -> Table:
     table = Table(title=escape(title), title_justify="left")
     table.add_column("estimator", no_wrap=True)
-    for heading, _, _ in _COLUMNS:
-        table.add_column(escape(heading), justify="right", no_wrap=True)
+    for figure in FIGURES:
+        heading = escape(f"{figure.title}\n[{figure.unit}]")
+        table.add_column(heading, justify="right", no_wrap=True)
     for name, values in sorted(figures.items(), key=lambda item: item[1]["mse_deg2"]):
-        cells = []
-        for _, figure, form in _COLUMNS:
-            scale = _MILLISECONDS if figure == "delay_s" else 1.0
-            cells.append(form.format(values[figure] * scale))
+        cells = [figure.text(values[figure.name]) for figure in FIGURES]
         table.add_row(escape(name), *cells)
     return table

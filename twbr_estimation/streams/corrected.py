@@ -9,20 +9,25 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from ..messages import tilt_of_quaternion
-from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
-from ..pipeline.physical import LARGEST_VARIANCE, imu_fault, known_variance, wheel_fault
+from ..messages import (
+    ACCEL,
+    ACCEL_COVARIANCE,
+    GYRO,
+    GYRO_COVARIANCE,
+    ORIENTATION_COVARIANCE,
+    UNREPORTED,
+    tilt_of_quaternion,
+)
+from ..pipeline.pairing import DEFAULT_WAIT
+from ..pipeline.physical import LARGEST_VARIANCE, known_variance
 from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
 from ..robot import Calibration
 from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample
-from .correction import UNKNOWN_TIME, StampedSamples
-from .messages import ACCEL, ACCEL_COVARIANCE, GYRO, GYRO_COVARIANCE, ORIENTATION_COVARIANCE
-from .stamps import StampGuard, Verdict
+from .guarded import UNKNOWN_TIME, GuardedPairing, StampedSamples
+from .stamps import Verdict
 
 ROLL_YAW_VARIANCE = math.pi**2
 """Variance [rad^2] of angles about which nothing is known."""
-UNREPORTED = -1.0
-"""First covariance of a field that a message does not report (REP-145)."""
 SHORTEST, LONGEST = 1e-6, 1e6
 """Limits of a quaternion's squared length, which is 1 or should be."""
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
@@ -76,26 +81,21 @@ def is_default(values: tuple[float, ...]) -> bool:
     return values[:4] == _IDENTITY and not any(values[ORIENTATION_COVARIANCE:GYRO])
 
 
-class CorrectedStream:
+class CorrectedStream(GuardedPairing):
     """Turns the doubles of corrected Imu messages into samples."""
 
     def __init__(self, wait: float = DEFAULT_WAIT) -> None:
         """`wait`: how much later [s] than a sample its wheel reading may be stamped."""
-        self.imu_guard = StampGuard()
-        self.wheel_guard = StampGuard()
+        super().__init__(wait)
         self.paired = False
         """Whether samples wait for their wheels and get their motors; else they pass at once."""
-        self._pairer = Pairer(wait)
         self._waiting: deque[tuple[int, CorrectedSample]] = deque()
         self._last_stamp: int | None = None
         self._restarted = False
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> StampedSamples:
         """Take the 37 doubles of a message; return the samples that are ready."""
-        if fault := imu_fault(readings_of(values)):
-            self.imu_guard.skip(fault)
-            return []
-        verdict = self.imu_guard.check(stamp)
+        verdict = self._judged(stamp, readings_of(values))
         if verdict is Verdict.SKIP:
             return []
         ready: StampedSamples = []
@@ -107,24 +107,6 @@ class CorrectedStream:
             return [*ready, *self.flush(), (stamp, sample)]
         self._waiting.append((stamp, sample))
         return ready + self._completed(self._pairer.add_imu(stamp, readings_of(values)))
-
-    def add_wheels(self, reading: WheelReading) -> StampedSamples:
-        """Take a wheel reading; return the samples it completes."""
-        if fault := wheel_fault(reading.angle, reading.difference):
-            self.wheel_guard.skip(fault)
-            return []
-        verdict = self.wheel_guard.check(reading.stamp)
-        if verdict is Verdict.SKIP:
-            return []
-        ready: StampedSamples = []
-        if verdict is Verdict.RESTART:
-            ready = self.flush()
-            self._pairer.forget_wheels()
-        return ready + self._completed(self._pairer.add_wheels(reading))
-
-    def add_motors(self, command: MotorCommand) -> None:
-        """Take a command to the motors."""
-        self._pairer.add_motors(command)
 
     def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""

@@ -6,19 +6,14 @@ from collections import Counter, deque
 
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
-from ..pipeline.pairing import DEFAULT_WAIT, MotorCommand, Pairer, WheelReading
-from ..pipeline.physical import imu_fault, wheel_fault
+from ..pipeline.pairing import DEFAULT_WAIT
 from ..robot import Setup
-from ..samples import RESTART_GAP, CorrectedSample, Sample, is_saturated
-from .stamps import StampGuard, Verdict
-
-StampedSamples = list[tuple[int, CorrectedSample]]
-"""Corrected samples with their stamps [ns]."""
-UNKNOWN_TIME = 10.0 * RESTART_GAP
-"""`dt` [s] of the first sample after a restart: long enough to make filters start afresh."""
+from ..samples import CorrectedSample, Sample, is_saturated
+from .guarded import UNKNOWN_TIME, GuardedPairing, StampedSamples
+from .stamps import Verdict
 
 
-class CorrectionStream:
+class CorrectionStream(GuardedPairing):
     """Corrects the live readings of one IMU and the wheels beside it.
 
     Feed readings as they arrive; samples come out in order, each once, as soon as their
@@ -40,8 +35,7 @@ class CorrectionStream:
             keep: How many of the latest raw samples `recent` holds.
             loop_period: Period [s] for which corrected samples are combined; 0 passes each on.
         """
-        self.imu_guard = StampGuard()
-        self.wheel_guard = StampGuard()
+        super().__init__(wait)
         self.counts: Counter[str] = Counter()
         """Samples in all, saturated ones, and ones that went without a wheel."""
         self.wheels_known = False
@@ -49,7 +43,6 @@ class CorrectionStream:
         self.recent: deque[Sample] = deque(maxlen=keep)
         """The latest raw samples, for a calibration."""
         self._corrector = Corrector(setup)
-        self._pairer = Pairer(wait)
         self._oversampler = Oversampler(loop_period)
         self._started = self._restarted = False
         self.configure(setup)
@@ -60,39 +53,14 @@ class CorrectionStream:
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> StampedSamples:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
-        if fault := imu_fault(values):
-            self.imu_guard.skip(fault)
-            return []
-        verdict = self.imu_guard.check(stamp)
+        verdict = self._judged(stamp, values)
         if verdict is Verdict.SKIP:
             return []
+        ready: StampedSamples = []
         if verdict is Verdict.RESTART:
             ready = self.flush()
             self._restart(stamp)
-            return ready + self._corrected(self._pairer.add_imu(stamp, values))
-        return self._corrected(self._pairer.add_imu(stamp, values))
-
-    def add_wheels(self, reading: WheelReading) -> StampedSamples:
-        """Take a wheel reading; return the samples it completes."""
-        if fault := wheel_fault(reading.angle, reading.difference):
-            self.wheel_guard.skip(fault)
-            return []
-        verdict = self.wheel_guard.check(reading.stamp)
-        if verdict is Verdict.SKIP:
-            return []
-        if verdict is Verdict.RESTART:
-            ready = self.flush()
-            self._pairer.forget_wheels()
-            return ready + self._corrected(self._pairer.add_wheels(reading))
-        return self._corrected(self._pairer.add_wheels(reading))
-
-    def add_motors(self, command: MotorCommand) -> None:
-        """Take a command to the motors."""
-        self._pairer.add_motors(command)
-
-    def flush(self) -> StampedSamples:
-        """Return the samples that still wait for a wheel, because nothing more arrives."""
-        return self._corrected(self._pairer.flush())
+        return ready + self._completed(self._pairer.add_imu(stamp, values))
 
     def reset(self) -> None:
         """Forget everything but the counts."""
@@ -113,9 +81,9 @@ class CorrectionStream:
         self.recent.clear()
         self._restarted = True
 
-    def _corrected(self, samples: list[tuple[int, Sample]]) -> StampedSamples:
+    def _completed(self, paired: list[tuple[int, Sample]]) -> StampedSamples:
         combined = (
-            (stamp, self._oversampler.add(self._correct(sample))) for stamp, sample in samples
+            (stamp, self._oversampler.add(self._correct(sample))) for stamp, sample in paired
         )
         return [(stamp, sample) for stamp, sample in combined if sample is not None]
 

@@ -11,6 +11,7 @@ import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
+from ..messages import GYRO, IMU_DOUBLES
 from ..pipeline.pairing import MotorCommand, motor_command
 from ..pipeline.physical import LARGEST_VOLTAGE
 from ..samples import NANOSECONDS_PER_SECOND
@@ -18,16 +19,11 @@ from ..samples import NANOSECONDS_PER_SECOND
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id
 _FRAME = 12
 _LITTLE_ENDIAN = b"\x00\x01"
-_IMU_DOUBLES = 37
-ORIENTATION, ORIENTATION_COVARIANCE = 0, 4
-GYRO, GYRO_COVARIANCE = 13, 16
-ACCEL, ACCEL_COVARIANCE = 25, 28
-"""Positions of the fields of an Imu among its 37 doubles."""
 
 _read_stamp = struct.Struct("<iII").unpack_from
 _write_stamp = struct.Struct("<iI").pack_into
 _read_count = struct.Struct("<I").unpack_from
-_imu = struct.Struct(f"<{_IMU_DOUBLES}d")
+_imu = struct.Struct(f"<{IMU_DOUBLES}d")
 _raw_imu = struct.Struct(f"<{8 * GYRO}x3d{8 * 9}x3d{8 * 9}x")
 
 
@@ -93,7 +89,7 @@ class ImuEncoder:
         """Lay out the message for this frame id."""
         head = _header(frame)
         self._values = _aligned(len(head), 8)
-        self._buffer = bytearray(self._values + 8 * _IMU_DOUBLES)
+        self._buffer = bytearray(self._values + 8 * IMU_DOUBLES)
         self._buffer[: len(head)] = head
 
     def encode(self, stamp: int, values: Sequence[float]) -> bytes:

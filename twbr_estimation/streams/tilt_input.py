@@ -9,8 +9,9 @@ from ..pipeline.pairing import MotorCommand
 from ..pipeline.physical import NOT_FINITE
 from ..robot import Setup
 from .corrected import CorrectedStream, has_angle, is_default, readings_of
-from .correction import CorrectionStream, StampedSamples
+from .correction import CorrectionStream
 from .device.stamping import Stamping
+from .guarded import StampedSamples
 from .inputs import InputSettings
 from .messages import decode_imu
 from .wheels import WheelDecoder

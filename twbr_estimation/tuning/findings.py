@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ..checks.readings import NOTEWORTHY_SATURATION
 from ..errors import ConfigurationError
 from ..filters.base import Filter
 from .objective import TuningSet
@@ -11,8 +12,6 @@ from .search import Figure, tunable
 
 OVER_FIT = 2.0
 """A verification figure this many times the training figure is called over-fit."""
-SATURATED = 0.001
-"""A larger share of saturated samples makes gains carry what saturation hides."""
 _INSENSITIVE = 1e-3  # relative change of the figure when a parameter is halved and doubled
 
 
@@ -64,7 +63,7 @@ def saturation_warnings(sets: Sequence[TuningSet]) -> tuple[str, ...]:
         f"{each.source}: {100 * each.saturated:.2f} % of the samples are saturated; "
         "gains carry what saturation hides"
         for each in sets
-        if each.saturated > SATURATED
+        if each.saturated > NOTEWORTHY_SATURATION
     )
 
 
