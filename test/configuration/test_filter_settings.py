@@ -3,22 +3,9 @@ from __future__ import annotations
 import pytest
 
 from twbr_estimation.configuration.filter_settings import Settings
-from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters import filter_named
 
 TUNED = Settings({"complementary": {"time_constant": 0.3}}, dt=0.002, source="mine.yaml")
-
-
-def test_values_replace_the_defaults_of_their_filter_only() -> None:
-    assert TUNED.parameters(filter_named("complementary")).time_constant == 0.3
-    other = filter_named("alpha_beta_wb")
-    assert TUNED.parameters(other) == other.configure()
-
-
-def test_a_value_the_filter_does_not_take_is_refused() -> None:
-    wrong = Settings({"complementary": {"time_constant": -1.0}})
-    with pytest.raises(ConfigurationError, match=r"complementary\.time_constant: -1\.0"):
-        wrong.parameters(filter_named("complementary"))
 
 
 @pytest.mark.parametrize(("dt", "warns"), [(0.002, False), (0.0021, False), (0.00189, True)])

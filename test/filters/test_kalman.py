@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from twbr_estimation.filters import Filter, filter_named
-from twbr_estimation.filters.kalman_recursion import advance, reset_state, steady_state_matrices
+from twbr_estimation.filters.kalman_recursion import advance, reset, steady_state_matrices
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
 
 Motion = Callable[..., list[CorrectedSample]]
@@ -167,7 +167,9 @@ def test_covariance_stays_one(
     first: tuple[float, float],
 ) -> None:
     sample = CorrectedSample(0.0, 0.1, 1e-4, *[0.0] * 15)
-    state = reset_state(TiltEstimate(0.1, 0.0), sample, 1e-3, *first)
+    gains = {"first_tilt_gain": first[0], "first_bias_gain": first[1]}
+    parameters = filter_named("kalman").configure({"r": 1e-3, **gains})
+    state = reset(TiltEstimate(0.1, 0.0), sample, parameters)
     for dt, r in steps:
         state = advance(state, sample._replace(dt=dt), tilt_noise, bias_noise, r)
         assert state.tilt_variance >= 0.0

@@ -10,6 +10,7 @@ import pytest
 
 from twbr_estimation import batch
 from twbr_estimation.pipeline import correction
+from twbr_estimation.pipeline.coefficients import derive
 from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.pipeline.pairing import SampleTrack, pair
 from twbr_estimation.pipeline.saturation import GYRO_MARK
@@ -261,7 +262,7 @@ def test_the_terms_of_turning_are_those_of_a_rigid_body() -> None:
         felt = np.cross(turn, arm) + np.cross(rate, np.cross(rate, arm))
         setup = Setup(Robot(lever_arm=(x, y, z)))
         forward, up = correction.turning_acceleration(
-            roll, pitch, yaw, roll_turn, yaw_turn, correction.derive(setup)
+            roll, pitch, yaw, roll_turn, yaw_turn, derive(setup)
         )
         forward += pitch_turn * z - pitch * pitch * x  # (14), (15)
         up -= pitch * pitch * z + pitch_turn * x

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..filters.base import Filter
 from ..pipeline import correction
+from ..pipeline.coefficients import derive
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import SampleTrack
@@ -55,7 +56,7 @@ def correct_compiled(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
     corrected = np.empty((len(CorrectedSample._fields), samples.stamps.size))
     if samples.stamps.size == 0:
         return CorrectedTrack(samples.stamps, corrected)
-    coefficients = correction.derive(setup)
+    coefficients = derive(setup)
     first = Sample(*samples.columns[:, 0].tolist())
     state, corrected[:, 0] = correction.start(first, coefficients)
     correction_kernel()(samples.columns, coefficients, state, corrected)

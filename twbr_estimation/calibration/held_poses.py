@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks.blocks import BLOCK, Blocks
 from ..errors import RecordingError
-from ..noise.blocks import BLOCK, Blocks
 from ..recording import FloatArray, Recording
 
 SETTLED = 0.2

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..checks.blocks import window_means
 from ..errors import MotionError, RecordingError
-from ..noise.blocks import window_means
 from ..recording import FloatArray, Recording
 from ..robot import Calibration, Setup
 from .drift import standard_errors, white_deviation

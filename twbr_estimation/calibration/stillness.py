@@ -13,9 +13,9 @@ from typing import Annotated
 
 import numpy as np
 
+from ..checks.blocks import BLOCK, Blocks
 from ..checks.units import of_accelerometer
 from ..errors import CalibrationError, ConfigurationError, MotionError
-from ..noise.blocks import BLOCK, Blocks
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import SampleTrack
 from ..recording import FloatArray

@@ -76,8 +76,3 @@ def _counts(size: float, unit: str) -> str:
 def of_length(configured: float) -> str:
     """Return the unit of a length that is `configured` times the true one."""
     return named(abs(configured), {"mm": 1e3, "cm": 1e2, "inches": 1.0 / 0.0254})
-
-
-def of_time(ratio: float) -> str:
-    """Return what stamps are that run `ratio` times as fast as time."""
-    return named(abs(ratio), {"thousandths": 1e-3, "thousands": 1e3, "millionths": 1e-6})

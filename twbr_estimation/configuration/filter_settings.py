@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..filters import Filter
 from ..parameters.arguments import number_within, require_kind
@@ -41,14 +40,6 @@ class Settings:
         require_kind("filter", self.filter, str, "the name of a filter")
         require_kind("source", self.source, str, "a text")
         object.__setattr__(self, "dt", number_within("dt", self.dt, 0.0, 1e9, "s"))
-
-    def parameters(self, entry: Filter) -> Any:
-        """Return the parameters of one filter.
-
-        Raises:
-            ConfigurationError: a value is unknown to the filter or out of its bounds.
-        """
-        return entry.configure(self.values.get(entry.name))
 
     def warnings(self, dt: float, entries: Iterable[Filter] = ()) -> tuple[str, ...]:
         """Return warnings about these settings at sampling period `dt`.

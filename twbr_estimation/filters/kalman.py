@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from ..samples import CorrectedSample, TiltEstimate
+from ..samples import CorrectedSample
 from .base import Bounds, Filter, Matrices
 from .kalman_recursion import (
     BiasNoise,
@@ -21,7 +21,7 @@ from .kalman_recursion import (
     MeasurementVariance,
     State,
     advance,
-    reset_state,
+    reset,
     steady_state_matrices,
 )
 
@@ -59,13 +59,6 @@ class Parameters(NamedTuple):
             tunable=False,
         ),
     ] = 0.0
-
-
-def reset(estimate: TiltEstimate, sample: CorrectedSample, parameters: Parameters) -> State:
-    """Continue from `estimate`."""
-    return reset_state(
-        estimate, sample, parameters.r, parameters.first_tilt_gain, parameters.first_bias_gain
-    )
 
 
 def step(state: State, sample: CorrectedSample, parameters: Parameters) -> State:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from ..samples import CorrectedSample, TiltEstimate
+from ..samples import CorrectedSample
 from .base import Bounds, Filter, Matrices
 from .kalman_recursion import (
     BiasNoise,
@@ -18,7 +18,7 @@ from .kalman_recursion import (
     MeasurementVariance,
     State,
     advance,
-    reset_state,
+    reset,
     steady_state_matrices,
 )
 
@@ -41,13 +41,6 @@ class Parameters(NamedTuple):
     r: MeasurementVariance = 8.50492e-6
     first_tilt_gain: FirstTiltGain = 0.00185
     first_bias_gain: FirstBiasGain = -0.00018
-
-
-def reset(estimate: TiltEstimate, sample: CorrectedSample, parameters: Parameters) -> State:
-    """Continue from `estimate`."""
-    return reset_state(
-        estimate, sample, parameters.r, parameters.first_tilt_gain, parameters.first_bias_gain
-    )
 
 
 def step(state: State, sample: CorrectedSample, parameters: Parameters) -> State:

@@ -8,7 +8,7 @@ predicted with A P A^T: (28) prints A^-1, with which the bias would never be lea
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -80,13 +80,7 @@ class State(NamedTuple):
     """1 straight after a reset, when the covariance already is that of the next prediction."""
 
 
-def reset_state(
-    estimate: TiltEstimate,
-    sample: CorrectedSample,
-    measurement_variance: float,
-    first_tilt_gain: float,
-    first_bias_gain: float,
-) -> State:
+def reset(estimate: TiltEstimate, sample: CorrectedSample, parameters: Any) -> State:
     """Continue from `estimate` with the covariance that makes the first gains the given ones.
 
     From (30): P(1|0)_11 = k1 r / (1 - k1) and P(1|0)_12 = k2 r / (1 - k1). P_22 is free from
@@ -94,7 +88,8 @@ def reset_state(
     P(1|0) rather than P(0|0): the latter would need a negative variance where the process
     noise of one sample exceeds P(1|0)_11.
     """
-    scale = measurement_variance / (1.0 - first_tilt_gain)
+    first_tilt_gain, first_bias_gain = parameters.first_tilt_gain, parameters.first_bias_gain
+    scale = parameters.r / (1.0 - first_tilt_gain)
     return State(
         estimate.tilt,
         estimate.rate,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks.blocks import BLOCK, window_means
 from ..recording import FloatArray, ImuTrack
-from .blocks import BLOCK, window_means
 
 _BLOCKS = 10  # in a window that is at rest or not
 RATE_LIMIT = 0.01

@@ -14,59 +14,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..robot import POLYNOMIAL_DEGREE, Calibration, EncoderPlacement, Setup
+from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample
-from .saturation import (
-    ACCEL_MARK,
-    GYRO_MARK,
-    SATURATED_SHARE,
-    SATURATED_WEIGHT,
-    SATURATION_MARGIN,
-    flag,
-    marked,
-)
+from .calibrated import Vector, calibrated_force, calibrated_rate, doubt
+from .coefficients import Coefficients, derive
+from .saturation import ACCEL_MARK, GYRO_MARK
 
-Vector = tuple[float, float, float]
-Rotation = tuple[float, float, float, float, float, float, float, float, float]
-
-_SHORT_DEGREE = 5
 _FREE_FALL = 1e-3  # below this specific force [m/s^2] there is no direction to measure
 
 _NO_WHEEL, _WHEEL_ANGLE, _WHEEL_VELOCITY = 0.0, 1.0, 2.0
-
-
-class Coefficients(NamedTuple):
-    """`Setup` as the numbers a step needs, derived once."""
-
-    gyro_bias: tuple[float, float, float]
-    gyro_scale: tuple[float, float, float]
-    accel_bias: tuple[float, float, float]
-    accel_limits: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-    polynomials: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-    """Scale polynomials of x, y, z, highest power first, padded to one length."""
-    rotation: Rotation
-    """Sensor to body, row by row."""
-    gyro_limit: float
-    accel_limit: float
-    gyro_variance: float
-    accel_variance: float
-    gyro_saturated: float
-    """Variance of a saturated gyro reading [(rad/s)^2]."""
-    accel_saturated: float
-    """Variance of a saturated accelerometer reading [(m/s^2)^2]."""
-    lever_forward: float
-    lever_up: float
-    wheel_radius: float
-    on_body: float
-    rate_time_constant: float
-    velocity_time_constant: float
-    euler: float
-    centrifugal: float
-    wheel: float
-    yaw: float
-    lever_left: float
-    yaw_per_difference: float
-    """Yaw rate per difference of the wheels' rates; 0 where the track width is unknown."""
 
 
 class State(NamedTuple):
@@ -89,131 +45,6 @@ class State(NamedTuple):
     yaw_rate: float
 
 
-def derive(setup: Setup) -> Coefficients:
-    """Turn robot, calibration and settings into the coefficients of a step."""
-    robot, calibration, settings = setup.robot, setup.calibration, setup.correction
-    limits = (calibration.accel_valid_x, calibration.accel_valid_y, calibration.accel_valid_z)
-    rotation = [float(number) for number in robot.rotation().ravel()]
-    return Coefficients(
-        gyro_bias=calibration.gyro_bias,
-        gyro_scale=calibration.gyro_scale,
-        accel_bias=calibration.accel_bias,
-        accel_limits=limits,
-        polynomials=_polynomials(calibration),
-        rotation=tuple(rotation),  # type: ignore[arg-type]
-        gyro_limit=SATURATION_MARGIN * robot.gyro_range,
-        accel_limit=SATURATION_MARGIN * robot.accel_range,
-        gyro_variance=calibration.gyro_noise**2,
-        accel_variance=calibration.accel_noise**2,
-        gyro_saturated=(SATURATED_SHARE * robot.gyro_range) ** 2,
-        accel_saturated=(SATURATED_SHARE * robot.accel_range) ** 2,
-        lever_forward=robot.lever_arm[0],
-        lever_up=robot.lever_arm[2],
-        wheel_radius=robot.wheel_radius,
-        on_body=float(robot.encoder_placement is EncoderPlacement.BODY),
-        rate_time_constant=settings.rate_time_constant,
-        velocity_time_constant=settings.velocity_time_constant,
-        euler=float(settings.euler),
-        centrifugal=float(settings.centrifugal),
-        wheel=float(settings.wheel),
-        yaw=float(settings.yaw),
-        lever_left=robot.lever_arm[1],
-        yaw_per_difference=robot.wheel_radius / robot.track_width if robot.track_width else 0.0,
-    )
-
-
-def _polynomials(
-    calibration: Calibration,
-) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
-    x, y, z = calibration.accel_scale_x, calibration.accel_scale_y, calibration.accel_scale_z
-    length = _SHORT_DEGREE
-    if max(len(x), len(y), len(z)) > _SHORT_DEGREE:
-        length = POLYNOMIAL_DEGREE
-    return _padded(x, length), _padded(y, length), _padded(z, length)
-
-
-def _padded(polynomial: tuple[float, ...], length: int) -> tuple[float, ...]:
-    ascending = polynomial + (0.0,) * (length - len(polynomial))
-    return tuple(float(number) for number in reversed(ascending))
-
-
-def _scaled(
-    reading: float, bias: float, limits: tuple[float, float], polynomial: tuple[float, ...]
-) -> float:
-    """Remove bias and scale error, Laddach 2022 (11), (12), with a clamped argument."""
-    unbiased = reading - bias
-    argument = min(max(unbiased, limits[0]), limits[1])
-    error = 0.0
-    for coefficient in polynomial:
-        error = (error + coefficient) * argument
-    return unbiased - error
-
-
-def _to_body(r: Rotation, x: float, y: float, z: float) -> Vector:
-    """Turn a vector of sensor axes into body axes."""
-    return (
-        r[0] * x + r[1] * y + r[2] * z,
-        r[3] * x + r[4] * y + r[5] * z,
-        r[6] * x + r[7] * y + r[8] * z,
-    )
-
-
-def _spread(r: Rotation, x: float, y: float, z: float) -> Vector:
-    """Turn variances of sensor axes into those of body axes."""
-    return (
-        r[0] * r[0] * x + r[1] * r[1] * y + r[2] * r[2] * z,
-        r[3] * r[3] * x + r[4] * r[4] * y + r[5] * r[5] * z,
-        r[6] * r[6] * x + r[7] * r[7] * y + r[8] * r[8] * z,
-    )
-
-
-def _calibrated_rate(sample: Sample, c: Coefficients) -> Vector:
-    """Return the calibrated rate in body axes (8) [rad/s]."""
-    return _to_body(
-        c.rotation,
-        (sample.gyro_x - c.gyro_bias[0]) * c.gyro_scale[0],
-        (sample.gyro_y - c.gyro_bias[1]) * c.gyro_scale[1],
-        (sample.gyro_z - c.gyro_bias[2]) * c.gyro_scale[2],
-    )
-
-
-def _calibrated_force(sample: Sample, c: Coefficients) -> Vector:
-    """Return the calibrated specific force in body axes (11), (12) [m/s^2]."""
-    return _to_body(
-        c.rotation,
-        _scaled(sample.accel_x, c.accel_bias[0], c.accel_limits[0], c.polynomials[0]),
-        _scaled(sample.accel_y, c.accel_bias[1], c.accel_limits[1], c.polynomials[1]),
-        _scaled(sample.accel_z, c.accel_bias[2], c.accel_limits[2], c.polynomials[2]),
-    )
-
-
-def _doubt(
-    reading: Vector, limit: float, ordinary: float, saturated: float, mark: float, r: Rotation
-) -> tuple[Vector, Vector]:
-    """Return variances and saturation flags in body axes.
-
-    Args:
-        reading: In sensor axes, as the device reports it.
-        limit: Magnitude from which an axis is saturated.
-        ordinary: Variance of a reading below it.
-        saturated: Variance of a saturated one.
-        mark: Variance that separates the two in a message.
-        r: Rotation from sensor to body axes.
-    """
-    full_x = flag(abs(reading[0]), limit)
-    full_y = flag(abs(reading[1]), limit)
-    full_z = flag(abs(reading[2]), limit)
-    x, y, z = _spread(r, full_x, full_y, full_z)
-    flags = flag(x, SATURATED_WEIGHT), flag(y, SATURATED_WEIGHT), flag(z, SATURATED_WEIGHT)
-    x, y, z = _spread(
-        r,
-        saturated if full_x > 0.0 else ordinary,
-        saturated if full_y > 0.0 else ordinary,
-        saturated if full_z > 0.0 else ordinary,
-    )
-    return (marked(x, flags[0], mark), marked(y, flags[1], mark), marked(z, flags[2], mark)), flags
-
-
 def _corrected(
     sample: Sample,
     gyro: Vector,
@@ -234,7 +65,7 @@ def _corrected(
         last: Angle one sample ago [rad], for free fall.
         c: The coefficients.
     """
-    rates, rates_saturated = _doubt(
+    rates, rates_saturated = doubt(
         (sample.gyro_x, sample.gyro_y, sample.gyro_z),
         c.gyro_limit,
         c.gyro_variance,
@@ -242,7 +73,7 @@ def _corrected(
         GYRO_MARK,
         c.rotation,
     )
-    forces, forces_saturated = _doubt(
+    forces, forces_saturated = doubt(
         (sample.accel_x, sample.accel_y, sample.accel_z),
         c.accel_limit,
         c.accel_variance,
@@ -289,7 +120,7 @@ def _corrected(
 
 def start(sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:
     """Begin with a first sample: no motion terms, wheels at rest (Laddach 2022, section 4)."""
-    gyro, accel = _calibrated_rate(sample, c), _calibrated_force(sample, c)
+    gyro, accel = calibrated_rate(sample, c), calibrated_force(sample, c)
     corrected = _corrected(sample, gyro, accel, -accel[0], accel[2], 0.0, c)
     known = _WHEEL_VELOCITY if sample.wheel_count > 0.0 else _NO_WHEEL
     two = 1.0 if _turns(sample, c) else 0.0
@@ -321,7 +152,7 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     Returns:
         The next state and the sample in body axes with the corrected angle.
     """
-    gyro, accel = _calibrated_rate(sample, c), _calibrated_force(sample, c)
+    gyro, accel = calibrated_rate(sample, c), calibrated_force(sample, c)
     pitch_rate = gyro[1]
     rate = (pitch_rate * sample.dt + state.rate * c.rate_time_constant) / (
         sample.dt + c.rate_time_constant

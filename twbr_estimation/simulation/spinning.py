@@ -17,6 +17,7 @@ from ..compilation import compiled, source_version
 from ..controllers import slc_sihite2018
 from ..controllers.base import ControlInput
 from ..plants.sihite2018 import (
+    EDUMIP,
     Commands,
     SpatialState,
     accelerations,
@@ -34,23 +35,23 @@ PERIOD = 0.005
 """Of controller and sensors [s]."""
 SUPPLY, GEAR = 7.4, 35.57
 """Battery [V] and gear of the eduMIP; with them its motor constants follow from Table II."""
-EMF = 0.003 * SUPPLY / 0.12 / GEAR
+EMF = EDUMIP.torque_damping * SUPPLY / EDUMIP.torque_gain / GEAR
 """Torque and back-EMF constant of a motor, k_2 V / (k_1 k)."""
 EDUMIP_ROBOT = Robot(
-    wheel_radius=0.035,
-    track_width=0.07,
-    lever_arm=(0.0, 0.0, 0.046),
+    wheel_radius=EDUMIP.wheel_radius,
+    track_width=EDUMIP.track_width,
+    lever_arm=(0.0, 0.0, EDUMIP.body_height),
     gyro_range=math.radians(2000.0),
-    body_mass=0.218,
-    body_height=0.046,
-    body_inertia=5.91e-4,
-    body_inertia_roll=2.99e-4,
-    body_inertia_yaw=2.91e-4,
-    wheel_mass=0.024,
-    wheel_inertia=6.42e-5,
-    wheel_inertia_across=7.48e-6,
+    body_mass=EDUMIP.body_mass,
+    body_height=EDUMIP.body_height,
+    body_inertia=EDUMIP.body_inertia,
+    body_inertia_roll=EDUMIP.body_inertia_roll,
+    body_inertia_yaw=EDUMIP.body_inertia_yaw,
+    wheel_mass=EDUMIP.wheel_mass,
+    wheel_inertia=EDUMIP.wheel_inertia,
+    wheel_inertia_across=EDUMIP.wheel_inertia_across,
     gear_ratio=GEAR,
-    winding_resistance=GEAR * EMF * SUPPLY / 0.12,
+    winding_resistance=GEAR * EMF * SUPPLY / EDUMIP.torque_gain,
     torque_constant=EMF,
     back_emf_constant=EMF,
     supply_voltage=SUPPLY,

@@ -38,14 +38,7 @@ def decode_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
     Raises:
         MessageError: not an Imu in little-endian XCDR version 1.
     """
-    try:
-        seconds, nanoseconds, length = _read_stamp(data, _STAMP)
-        values = _imu.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
-    except struct.error as error:
-        raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
-    _require_encoding(data)
-    _require_time(nanoseconds)
-    return seconds * NANOSECONDS_PER_SECOND + nanoseconds, values
+    return _decoded_imu(data, _imu)
 
 
 def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
@@ -54,9 +47,13 @@ def decode_raw_imu(data: bytes) -> tuple[int, tuple[float, ...]]:
     Raises:
         MessageError: not an Imu in little-endian XCDR version 1.
     """
+    return _decoded_imu(data, _raw_imu)
+
+
+def _decoded_imu(data: bytes, layout: struct.Struct) -> tuple[int, tuple[float, ...]]:
     try:
         seconds, nanoseconds, length = _read_stamp(data, _STAMP)
-        values = _raw_imu.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
+        values = layout.unpack_from(data, _aligned(_FRAME + 4 + length, 8))
     except struct.error as error:
         raise MessageError(f"an Imu of {len(data)} bytes cannot be read: {error}") from None
     _require_encoding(data)
