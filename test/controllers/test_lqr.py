@@ -74,7 +74,7 @@ def test_the_gains_are_those_of_python_control(period):
     gains, of_rig = derive(rig, Robot(), period), balance_gains(Robot().plant(), period)
     found = [gains.position, gains.velocity, gains.tilt, gains.rate, gains.pending]
     np.testing.assert_allclose(found, -expected[0], rtol=1e-6)
-    np.testing.assert_array_equal(found, -np.array(of_rig))
+    np.testing.assert_allclose(found, -np.array(of_rig), rtol=1e-12)
 
 
 def test_another_robot_gets_other_gains_that_stabilise_it():

@@ -42,7 +42,7 @@ class ScoringOptions:
     """
 
     reference_delay: Annotated[
-        float, Bounds(-10.0, 10.0, "s", "An estimate at t is compared with the reference at t - it")
+        float, Bounds(-1e6, 1e6, "s", "An estimate at t is compared with the reference at t - it")
     ] = 0.0
     reference_offset: Annotated[float, Bounds(-100.0, 100.0, "rad", "Added to the reference")] = 0.0
     skip: Annotated[float, Bounds(0.0, 1e6, "s", "Time at the start that is not scored")] = 0.0
@@ -229,10 +229,8 @@ def score(
     Raises:
         RecordingError: estimate and reference have no sample in common.
     """
-    errors, known, left_out = errors_of(stamps, tilt, association, first_stamp)
-    sums = ErrorSums()
-    sums.add(errors, left_out)
-    return sums.score(delay_of(stamps[known], tilt[known], association) if errors.size else 0.0)
+    sums, known = _summed(stamps, tilt, association, first_stamp)
+    return sums.score(delay_of(stamps[known], tilt[known], association) if sums.samples else 0.0)
 
 
 def mean_square_error(
@@ -243,10 +241,18 @@ def mean_square_error(
     Raises:
         RecordingError: estimate and reference have no sample in common.
     """
-    errors, _, left_out = errors_of(stamps, tilt, association, first_stamp)
+    sums, _ = _summed(stamps, tilt, association, first_stamp)
+    return sums.score(0.0).mse_deg2
+
+
+def _summed(
+    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+) -> tuple[ErrorSums, NDArray[np.bool_]]:
+    """Return the summed errors, and which samples they belong to."""
+    errors, known, left_out = errors_of(stamps, tilt, association, first_stamp)
     sums = ErrorSums()
     sums.add(errors, left_out)
-    return sums.score(0.0).mse_deg2
+    return sums, known
 
 
 def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> float:
