@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import RecordingError
-from .parameters.arguments import require_kind, shown
+from .parameters.argument_checks import require_kind, shown
 from .samples import SINGLE_WHEEL_JOINT as SINGLE_WHEEL_JOINT
 
 FloatArray = NDArray[np.float64]

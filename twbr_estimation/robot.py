@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ConfigurationError
-from .parameters.arguments import require_kind
+from .parameters.argument_checks import require_kind
 from .parameters.bounds import Bounds, Meaning, require_bounds
 from .plants.laddach2022 import PlantParameters
 

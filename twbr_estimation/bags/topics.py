@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, fields
 
 from ..errors import ConfigurationError
-from ..parameters.arguments import elements_of, require_kind
+from ..parameters.argument_checks import elements_of, require_kind
 
 IMU = "sensor_msgs/msg/Imu"
 JOINT_STATE = "sensor_msgs/msg/JointState"

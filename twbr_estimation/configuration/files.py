@@ -19,7 +19,7 @@ from .. import __version__
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters
-from ..parameters.arguments import require_kind
+from ..parameters.argument_checks import require_kind
 from ..robot import Calibration, CorrectionSettings, Robot, Setup
 from .filter_settings import DEFAULT_FILTER, Settings
 from .ros_yaml import (

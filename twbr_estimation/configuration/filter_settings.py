@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from ..filters import Filter
-from ..parameters.arguments import number_within, require_kind
+from ..parameters.argument_checks import number_within, require_kind
 
 DEFAULT_FILTER = "ins_odometer"
 """The active filter where none is named; its defaults are physical and suit any robot

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
-from ..parameters.arguments import shown
+from ..parameters.argument_checks import shown
 from ..robot import Setup
 from .files import FILES, read_settings, read_setup
 from .filter_settings import Settings

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from ..errors import ConfigurationError
-from ..parameters.arguments import shown
+from ..parameters.argument_checks import shown
 from ..robot import CorrectionSettings
 from .files import read_correction, read_settings
 from .filter_settings import Settings

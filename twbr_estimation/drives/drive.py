@@ -14,7 +14,7 @@ from ..configuration.filter_settings import Settings
 from ..configuration.of_recording import with_terms
 from ..errors import ConfigurationError, RecordingError
 from ..filters import Filter, filter_named, filters, listed_filters
-from ..parameters.arguments import (
+from ..parameters.argument_checks import (
     number_within,
     require_callable,
     require_kind,

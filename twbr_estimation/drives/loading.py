@@ -16,7 +16,7 @@ from ..configuration.of_recording import (
 )
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
-from ..parameters.arguments import require_kind, require_names
+from ..parameters.argument_checks import require_kind, require_names
 from ..scoring.errors import ScoringOptions
 from .drive import Drive, require_period
 

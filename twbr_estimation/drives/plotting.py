@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ConfigurationError
-from ..parameters.arguments import shown
+from ..parameters.argument_checks import shown
 
 if TYPE_CHECKING:
     from .runs import Runs

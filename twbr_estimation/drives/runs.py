@@ -14,7 +14,7 @@ from ..batch import EstimateTrack
 from ..batch.judging import trusted_share
 from ..errors import ConfigurationError
 from ..filters import Filter
-from ..parameters.arguments import require_kind, shown
+from ..parameters.argument_checks import require_kind, shown
 from ..recording import FloatArray, Recording, TiltTrack
 from ..scoring.errors import SMOOTHED, RecordingScore, ScoringOptions, score_recording
 from ..smoothing import SmoothedTrack

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters.arguments import require_callable
+from ..parameters.argument_checks import require_callable
 from ..parameters.bounds import Bounds as Bounds
 from ..parameters.declared import Definition, collected, listed, named, require_record
 from ..parameters.declared import Parameter as Parameter

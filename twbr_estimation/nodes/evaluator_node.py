@@ -26,7 +26,7 @@ from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..scoring.errors import RecordingScore, ScoringOptions
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
-from ..scoring.figures import FIGURES
+from ..scoring.figure_table import FIGURES
 from ..scoring.live import LiveEvaluation
 from ..streams.messages import JointStateDecoder
 from .declarations import declarations_of, settings_from

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
 from ..errors import ConfigurationError
-from .arguments import as_number, elements_of, require_kind, shown
+from .argument_checks import as_number, elements_of, require_kind, shown
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from pkgutil import iter_modules
 from typing import Any, TypeVar
 
 from ..errors import ConfigurationError
-from .arguments import require_kind, shown
+from .argument_checks import require_kind, shown
 from .bounds import Bounds, annotations_of, within
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..parameters.arguments import number_within
+from ..parameters.argument_checks import number_within
 from ..recording import Event, FloatArray, ImuTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Robot
 from ..samples import RESTART_GAP

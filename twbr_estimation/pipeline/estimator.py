@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ..errors import ConfigurationError
 from ..filters.base import Filter, filter_named
-from ..parameters.arguments import as_number, elements_of, number_within, require_kind, shown
+from ..parameters.argument_checks import as_number, elements_of, number_within, require_kind, shown
 from ..robot import Robot, Setup
 from ..samples import SECONDS_PER_NANOSECOND, Sample, TiltEstimate
 from .correction import Corrector

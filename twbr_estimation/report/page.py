@@ -18,7 +18,7 @@ from ..drives import Runs
 from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..scoring.errors import ScoringOptions, mean_over
-from ..scoring.figures import FIGURES
+from ..scoring.figure_table import FIGURES
 from .data import RAW, RecordingReport
 from .traces import REFERENCE, Trace, styles_of, traces_of
 

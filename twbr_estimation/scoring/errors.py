@@ -19,7 +19,7 @@ from ..angles import wrapped
 from ..errors import RecordingError
 from ..parameters.bounds import Bounds, require_bounds
 from ..recording import FloatArray, Recording, StampArray, TiltTrack
-from .figures import FIGURES
+from .figure_table import FIGURES
 
 LARGEST_REFERENCE_GAP = 0.1
 """Reference samples further apart than this [s], and than five periods, are a gap."""

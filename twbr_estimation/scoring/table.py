@@ -14,7 +14,7 @@ from rich.table import Table
 
 from ..disk.writing import write_text
 from .errors import SMOOTHED, RecordingScore, as_json, mean_over
-from .figures import FIGURES
+from .figure_table import FIGURES
 
 
 def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:

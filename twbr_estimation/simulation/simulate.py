@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ConfigurationError
-from ..parameters.arguments import number_within, require_kind, shown, whole_number
+from ..parameters.argument_checks import number_within, require_kind, shown, whole_number
 from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from ..samples import RESTART_GAP
