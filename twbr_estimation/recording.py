@@ -19,7 +19,7 @@ ABSURD = 1e9
 """No angle, rate or acceleration in SI units is as large; a damaged recording may hold it."""
 
 
-def _settle(track: object, widths: Mapping[str, tuple[int, ...]]) -> None:
+def _settle(track: Any, widths: Mapping[str, tuple[int, ...]]) -> None:
     """Make arrays of the fields of a track.
 
     Args:
@@ -36,7 +36,9 @@ def _settle(track: object, widths: Mapping[str, tuple[int, ...]]) -> None:
     object.__setattr__(track, "stamps", stamps)
     for name, columns in widths.items():
         values = _array(f"{kind}.{name}", getattr(track, name), "iuf", np.float64)
-        allowed = [(stamps.size, width) for width in columns] or [(stamps.size,)]
+        allowed: list[tuple[int, ...]] = [(stamps.size, width) for width in columns] or [
+            (stamps.size,)
+        ]
         if values.shape not in allowed:
             wanted = " or ".join(map(str, allowed))
             raise RecordingError(

@@ -14,8 +14,11 @@ _LONGEST = 80
 
 def as_number(value: object) -> float:
     """Return a real number of any type as a float; NaN for a switch, a text, an array."""
+    if type(value) is float:
+        return value
     kind = getattr(getattr(value, "dtype", None), "kind", "f")
-    if isinstance(value, (bool, str, bytes)) or kind not in "iuf" or getattr(value, "ndim", 0):
+    dimensions: int = getattr(value, "ndim", 0)
+    if isinstance(value, (bool, str, bytes)) or kind not in "iuf" or dimensions:
         return math.nan
     try:
         return float(value)  # type: ignore[arg-type]
@@ -107,4 +110,4 @@ def whole_number(argument: str, value: object, low: int, high: int) -> int:
         raise ConfigurationError(
             f"`{argument}`: {shown(value)} is no whole number from {low} to {high}"
         )
-    return int(value)  # type: ignore[call-overload, no-any-return]
+    return int(value)
