@@ -52,6 +52,10 @@ class Coefficients(NamedTuple):
     b2: float
 
 
+PRINTED = Coefficients(a1=115.5, a2=16.333, b1=11.905, b2=4.447)
+"""As printed; the printed gains follow from these, but the robot does not move so."""
+
+
 def coefficients(parameters: RodParameters) -> Coefficients:
     """Return the coefficients of (32) in their right form."""
     m, w, length, g = parameters
