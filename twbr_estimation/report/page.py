@@ -20,6 +20,7 @@ from ..filters import filter_named
 from ..scoring.errors import ScoringOptions, mean_over
 from ..scoring.figure_table import FIGURES
 from .data import RAW, RecordingReport
+from .plotting_packages import import_bokeh
 from .traces import REFERENCE, Trace, styles_of, traces_of
 
 POINTS = 12_000
@@ -53,6 +54,7 @@ def render(reports: Sequence[RecordingReport], command: str, options: ScoringOpt
         ConfigurationError: Bokeh is missing.
     """
     try:
+        import_bokeh()
         from bokeh.embed import components
         from bokeh.resources import Resources
         from jinja2 import Environment, FileSystemLoader, StrictUndefined

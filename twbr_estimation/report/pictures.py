@@ -14,24 +14,32 @@ from ..noise import GYRO_UNIT, RecordingNoise
 from ..recording import FloatArray
 from .decimation import thinned
 from .palette import AXES, MOTION
+from .plotting_packages import import_matplotlib
 from .traces import Trace
 
 PICTURE_POINTS = 8_000
 """Points of a line in a picture."""
 
 
-def canvas(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
+MARGINS = {"left": 0.065, "right": 0.985, "top": 0.94, "bottom": 0.08, "hspace": 0.13}
+"""Of the picture of the tilt, as shares of it; to fit them to each picture takes longer than it."""
+
+
+def canvas(
+    rows: int, columns: int, size: tuple[float, float], layout: Any = "constrained"
+) -> tuple[Any, Any]:
     """Return a figure of `size` [inch] and its axes, (rows, columns).
 
     Raises:
         ConfigurationError: matplotlib is missing.
     """
     try:
+        import_matplotlib()
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
         raise ConfigurationError("pictures need matplotlib: pip install matplotlib") from error
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Figure(figsize=size, layout=layout)
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, squeeze=False)
 
@@ -136,7 +144,9 @@ def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
     """
     visible = [trace for trace in traces if trace.visible]
     scored = [trace for trace in visible if trace.error.size]
-    figure, axes = canvas(2 if scored else 1, 1, (12.8, 7.2 if scored else 4.2))
+    height = 7.2 if scored else 4.2
+    figure, axes = canvas(2 if scored else 1, 1, (12.8, height), layout="none")
+    figure.subplots_adjust(**{**MARGINS, "bottom": MARGINS["bottom"] * 7.2 / height})
     for trace in visible:
         _draw_trace(axes[0][0], trace, trace.times, trace.tilt)
     axes[0][0].set_ylabel("tilt [deg]")
