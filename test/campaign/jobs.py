@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twbr_estimation.campaign import Job
+from twbr_estimation.campaign.running import Job
 from twbr_estimation.drives import load
 from workers.work import die_at
 
@@ -16,7 +16,6 @@ class Deadly(Job):
     """A job that kills its process for some recordings, so many times."""
 
     marks: Path
-    parts: tuple[str, ...]
     deaths: dict[str, int]
     verb: str = "die"
 

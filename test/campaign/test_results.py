@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from twbr_estimation.campaign import ResultTable
+from twbr_estimation.campaign.results import ResultTable
 from twbr_estimation.errors import WritingError
 
 

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from campaign.jobs import Deadly
-from twbr_estimation.campaign import Campaign, Evaluation, Progress, ResultTable, recordings_at, run
-from twbr_estimation.campaign.evaluation import merged
-from twbr_estimation.campaign.running import BATCH_SECONDS
+from twbr_estimation.campaign.evaluation import Evaluation, merged
+from twbr_estimation.campaign.places import recordings_at
+from twbr_estimation.campaign.results import ResultTable
+from twbr_estimation.campaign.running import BATCH_SECONDS, Campaign, Progress, run
 from twbr_estimation.cli.many import describe
 from twbr_estimation.drives.request import RunRequest
 from twbr_estimation.workers import LocalPool, ThisProcess, Work, Workers
@@ -116,14 +117,14 @@ def test_a_run_that_is_cut_goes_on(
 
 def test_a_worker_that_dies_costs_no_result(runs: Path, table: ResultTable, tmp_path: Path) -> None:
     places = recordings_at([runs / "day0" / "run*", runs / "day1" / "run*"])
-    job = Deadly(tmp_path / "died", ("",), {places[1]: 4, places[2]: 100})
+    job = Deadly(tmp_path / "died", {places[1]: 4, places[2]: 100})
     done = run(job, places, LocalPool(2), table)
     results = [done.results(number) for number in range(3)]
     assert results[0] == {"": {"samples": 300}} and results[1] == results[0]
     (failure,) = done.failures()
     assert failure.place == places[2] and "died 3 times" in failure.reason
     again = Counted(ThisProcess())
-    assert run(Deadly(tmp_path / "died", ("",), {}), places, again, table).failures() == []
+    assert run(Deadly(tmp_path / "died", {}), places, again, table).failures() == []
     assert again.parts == 1, "what killed its worker is tried again"
 
 

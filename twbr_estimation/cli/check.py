@@ -9,9 +9,9 @@ from typing import Any
 
 from rich.console import Console
 
-from ..campaign import Failure, recordings_at
 from ..campaign.checking import Checking
-from ..campaign.running import WHOLE
+from ..campaign.places import recordings_at
+from ..campaign.running import WHOLE, Failure
 from ..checks.finding import Severity, worst
 from ..checks.table import from_json, print_findings
 from ..scoring.table import write_json

@@ -12,8 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from ..campaign import Evaluation, recordings_at
-from ..campaign.evaluation import merged
+from ..campaign.places import recordings_at
 from ..drives import Runs
 from ..drives.drive import chosen
 from ..drives.request import RunRequest
@@ -70,6 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequence[str]) -> int:
     """Evaluate several recordings, print what there is of them and return the exit status."""
+    from ..campaign.evaluation import Evaluation, merged
+
     errors, quiet = Console(stderr=True), arguments.json == "-"
     with table_of(arguments) as table:
         try:

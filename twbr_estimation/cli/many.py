@@ -9,21 +9,21 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
-from ..batch.precompile import compile_missing
-from ..batch.running import COMPILE_AFTER
-from ..campaign import Campaign, Failure, Job, Progress, Report, ResultTable, open_table, run
-from ..campaign.contents import size_of
-from ..campaign.places import is_address
 from ..errors import ConfigurationError
-from ..filters import Filter
-from ..workers import LocalPool, ThisProcess, Workers
 from .arguments import in_flags
+
+if TYPE_CHECKING:  # what one recording does not need is imported where it is used
+    from ..campaign.results import ResultTable
+    from ..campaign.running import Campaign, Failure, Job, Progress, Report
+    from ..filters import Filter
+    from ..workers import Workers
 
 SMALL = 8_000_000
 """Recordings of less in all [bytes] are done in this process where `--jobs` says nothing."""
@@ -74,6 +74,8 @@ def workers_of(arguments: argparse.Namespace, default: int | None = None) -> Ite
     jobs = arguments.jobs if arguments.jobs is not None else default or _processors()
     if jobs < 1:
         raise ConfigurationError(f"--jobs {jobs}: at least 1 is needed")
+    from ..workers import LocalPool, ThisProcess
+
     yield ThisProcess() if jobs == 1 else LocalPool(jobs)
 
 
@@ -83,6 +85,8 @@ def _processors() -> int:
 
 def is_single(arguments: argparse.Namespace, places: Sequence[str]) -> bool:
     """Return whether there is one recording on this machine and no word about workers."""
+    from ..campaign.places import is_address
+
     given = (arguments.jobs, arguments.dask, arguments.results)
     return len(places) == 1 and not is_address(places[0]) and given == (None, None, None)
 
@@ -106,6 +110,10 @@ def carried_out(
     Raises:
         Interrupted: Ctrl-C; a line says what is kept.
     """
+    from ..batch.running import COMPILE_AFTER
+    from ..campaign.contents import size_of
+    from ..campaign.running import run
+
     console = Console(stderr=True)
     size = sum(map(size_of, places))
     chosen = list(entries)
@@ -131,6 +139,8 @@ def carried_out(
 
 
 def _compile(console: Console, entries: Sequence[Filter]) -> None:
+    from ..batch.precompile import compile_missing
+
     with Bar(console=console, transient=True) as bar:
         task = bar.add_task("compiling the filters")
         compile_missing(entries, lambda done, total: bar.update(task, completed=done, total=total))
@@ -178,6 +188,8 @@ def print_failures(console: Console, failures: Sequence[Failure]) -> int:
 @contextmanager
 def table_of(arguments: argparse.Namespace) -> Iterator[ResultTable]:
     """Give the table of results that the arguments of `add_many` name."""
+    from ..campaign.results import open_table
+
     table = open_table(arguments.results)
     try:
         yield table

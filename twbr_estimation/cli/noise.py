@@ -14,10 +14,9 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from ..campaign import Failure, recordings_at
 from ..campaign.noise_figures import NoiseFigures
-from ..campaign.places import local_copy
-from ..campaign.running import WHOLE
+from ..campaign.places import local_copy, recordings_at
+from ..campaign.running import WHOLE, Failure
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
 from ..noise.allan import MARKED_TIMES

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from ..campaign import recordings_at
+from ..campaign.places import recordings_at
 from ..campaign.reporting import PAGE, Reporting, index_page, title_of
 from ..campaign.running import WHOLE
 from ..disk.writing import write_text

@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..campaign import recordings_at
+from ..campaign.places import recordings_at
 from ..configuration.files import date_of_now
 from ..errors import ConfigurationError
 from ..filters import filter_named
