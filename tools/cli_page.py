@@ -8,6 +8,7 @@ The parsers are asked; nothing is listed by hand.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -126,8 +127,10 @@ def table(rows: list[tuple[str, str]]) -> Iterator[str]:
 
 
 def escaped(text: str) -> str:
-    """Return a help text for a table: one line, its bars escaped."""
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+    """Return a help text for a table: one line, what Markdown would read as markup escaped."""
+    parts = " ".join(text.split()).replace("|", "\\|").split("`")
+    parts[::2] = [re.sub(r"([\[\]<*_])", r"\\\1", each) for each in parts[::2]]
+    return "`".join(parts)
 
 
 if __name__ == "__main__":
