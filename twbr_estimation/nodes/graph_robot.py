@@ -18,6 +18,7 @@ from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot, Source, 
 from ..dashboard.telemetry import ACTIVE, Telemetry
 from ..errors import TwbrError
 from ..messages import ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
+from ..samples import SINGLE_WHEEL_JOINT
 from ..streams.messages import JointStateDecoder, decode_imu, decode_raw_imu
 from .graph_recorder import GraphRecorder
 from .graph_requests import Requests
@@ -33,7 +34,7 @@ LEVELS = {
 RANK = ("OK", "STALE", "WARN", "ERROR")
 SILENCE = 1.0
 """A tilt older than this is stale [s]; diagnostics, three times as much."""
-WHEELS = ("left_wheel_joint", "right_wheel_joint", "wheel_joint")
+WHEELS = ("left_wheel_joint", "right_wheel_joint", SINGLE_WHEEL_JOINT)
 PUSH = 3.0
 """Force of a push on the simulated robot [N]."""
 TRIGGERS = {

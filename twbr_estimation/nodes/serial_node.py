@@ -26,6 +26,7 @@ from ..messages import (
     UNREPORTED,
 )
 from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..samples import SINGLE_WHEEL_JOINT
 from ..streams.device.clock import DeviceClock
 from ..streams.device.frames import TICK, WRAP, DeviceSample, decode_frame
 from ..streams.device.lines import NANOSECOND, LineDecoder
@@ -38,8 +39,6 @@ from .lifecycle import DeviceNode
 from .parameters import NodeParameters
 from .qos import overridable, published
 from .spin import run
-
-SINGLE = "wheel_joint"
 
 
 class Format(Enum):
@@ -197,7 +196,7 @@ class SerialNode(DeviceNode):
         self._last_wheels = stamp, angles
         if self._joints is None or len(last) != len(angles):
             names = self.settings.current.joint_names
-            fitting = names if len(names) == len(angles) else (SINGLE,)
+            fitting = names if len(names) == len(angles) else (SINGLE_WHEEL_JOINT,)
             self._joints = JointStateEncoder(fitting[: len(angles)])
             last = angles
         period = (stamp - before) * 1e-9
