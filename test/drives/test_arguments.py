@@ -401,3 +401,9 @@ def test_a_run_is_named_where_it_is_missing() -> None:
     for name in ("zzz", 3, None, ["gyro"]):
         with pytest.raises(KeyError, match="was not run; there are: gyro"):
             runs[name]  # type: ignore[index]
+
+
+@pytest.mark.parametrize("read", [twbr.read_setup, twbr.read_settings])
+def test_nothing_to_read_is_not_taken_for_the_defaults(read: Callable[[], Any]) -> None:
+    with pytest.raises(twbr.TwbrError, match="`paths`: none is given"):
+        read()

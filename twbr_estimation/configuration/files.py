@@ -8,7 +8,7 @@ one takes precedence, as for nodes.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from datetime import datetime, timezone
 from enum import Enum
@@ -185,8 +185,10 @@ def _plain(section: Robot | Calibration | CorrectionSettings) -> dict[str, Any]:
     return {name: value for name, value in plain.items() if value != []}
 
 
-def _entries(paths: Iterable[PathLike]) -> dict[str, Entry]:
+def _entries(paths: tuple[PathLike, ...]) -> dict[str, Entry]:
     """Return the files' entries by full name; the last file wins, all names are checked."""
+    if not paths:
+        raise ConfigurationError("`paths`: none is given; name a folder or files")
     entries: dict[str, Entry] = {}
     for path in paths:
         for file in configuration_files(path):
