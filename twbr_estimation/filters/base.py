@@ -133,6 +133,22 @@ def estimate_of(state: Any) -> TiltEstimate:
     )
 
 
+def turned(state: Any, rotation: float) -> Any | None:
+    """Return a state whose tilt is `rotation` [rad] further and that else goes on as it was.
+
+    None where the state does not consist of numbers and of states with a `tilt` alone.
+    """
+    changes: dict[str, Any] = {"tilt": state.tilt + rotation}
+    for name, value in zip(state._fields, state, strict=True):
+        if isinstance(value, (float, int)):
+            continue
+        inner = turned(value, rotation) if "tilt" in getattr(value, "_fields", ()) else None
+        if inner is None:
+            return None
+        changes[name] = inner
+    return state._replace(**changes)
+
+
 @lru_cache(maxsize=1)
 def filters() -> Mapping[str, Filter]:
     """Return every filter of this folder by name, in alphabetical order."""

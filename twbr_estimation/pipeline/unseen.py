@@ -20,10 +20,27 @@ FREEZE = 0.1
 """Time over which six equal readings pass [s] before the sensor counts as frozen."""
 PULL = 0.3
 """Time in which a filter may follow a saturated accelerometer by a radian [s]."""
+SHOCK = 0.1
+"""Time up to which a saturated accelerometer is a shock [s]; later its filter's rate suffers."""
 SLOPE_MEMORY = 0.05
 """Time over which the largest change of the rate is kept [s]."""
-SLOPE_MARGIN = 2.0
+SLOPE_MARGIN = 3.5
 """How many times that change may be exceeded once the gyro is saturated."""
+PASSED_FLOOR = 0.01
+"""Smallest deviation of what is known of a rotation beyond the gyro's range [rad]."""
+
+
+class Passed(NamedTuple):
+    """A rotation beyond the gyro's range that is over; zeros where none has just ended."""
+
+    time: float
+    """How long the gyro was saturated [s]."""
+    side: float
+    """1 where the rate was positive, else -1."""
+    exit: float
+    """Steepest change of the rate since the end [rad/s^2]."""
+    rotation: float
+    """What was unseen of it, by the rate's slopes before and after [rad]; 0 until it is known."""
 
 
 class Stream(NamedTuple):
@@ -37,8 +54,11 @@ class Stream(NamedTuple):
     """Time over which all readings were the same [s]."""
     saturated: float
     """Time for which the gyro has been saturated [s]."""
+    shocked: float
+    """Time for which the accelerometer has been saturated [s]."""
     slope: float
     """Largest change of the rate of late [rad/s^2]."""
+    passed: Passed
     gyro: tuple[float, float, float]
     """Rates one sample ago [rad/s]."""
     accel: tuple[float, float, float]
@@ -49,7 +69,7 @@ def begin(sample: CorrectedSample) -> Stream:
     """Start with a first sample."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, gyro, accel)
+    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
 
 
 def follow(before: Stream, sample: CorrectedSample) -> Stream:
@@ -64,19 +84,43 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
         period = last + PERIOD_SHARE * (min(dt, 2.0 * last) - last)
         lost += math.floor(dt / last + 0.5) - 1.0 if is_gap(before, dt) else 0.0
     slope = before.slope
-    if sample.gyro_saturated_y == 0.0:
-        slope *= SLOPE_MEMORY / (SLOPE_MEMORY + dt)
-        if before.saturated == 0.0:
-            slope = max(slope, abs(gyro[1] - before.gyro[1]) / dt)
+    if before.saturated == 0.0:
+        slope = max(_faded(slope, dt), abs(gyro[1] - before.gyro[1]) / dt)
+    elif sample.gyro_saturated_y == 0.0:
+        slope = _faded(slope, dt)
     return Stream(
         period,
         lost,
         before.frozen + dt if same and not still else 0.0,
         before.saturated + dt if sample.gyro_saturated_y > 0.0 else 0.0,
+        before.shocked + dt if sample.accel_saturated_x + sample.accel_saturated_z > 0.0 else 0.0,
         slope,
+        _passed(before, sample),
         gyro,
         accel,
     )
+
+
+def _faded(slope: float, dt: float) -> float:
+    return slope * SLOPE_MEMORY / (SLOPE_MEMORY + dt)
+
+
+def _passed(before: Stream, sample: CorrectedSample) -> Passed:
+    """Return what is known of a saturation of the gyro that has ended.
+
+    The rate rose with the slope before it and fell with that after it: the area of the triangle
+    above the range that these two span is what the gyro did not show. The slope after it takes
+    two readings, of which the first holds an impact.
+    """
+    change = abs(sample.gyro_y - before.gyro[1]) / sample.dt
+    if before.saturated > 0.0 and sample.gyro_saturated_y == 0.0:
+        return Passed(before.saturated, math.copysign(1.0, before.gyro[1]), change, 0.0)
+    last = before.passed
+    if last.time == 0.0 or last.rotation != 0.0:
+        return Passed(0.0, 0.0, 0.0, 0.0)
+    fall = max(last.exit, change)
+    height = before.slope * fall / max(before.slope + fall, 1e-9)
+    return Passed(last.time, last.side, fall, 0.5 * last.side * height * last.time * last.time)
 
 
 def is_gap(before: Stream, dt: float) -> bool:
@@ -106,7 +150,25 @@ def unseen_rotation(
     return unseen
 
 
-def misled(sample: CorrectedSample) -> float:
-    """Return how far a saturated accelerometer may pull a filter in one sample [rad]."""
-    saturated = sample.accel_saturated_x + sample.accel_saturated_z
-    return sample.dt / PULL if saturated > 0.0 else 0.0
+def uncertainty(passed: Passed) -> float:
+    """Return the deviation of what is known of a rotation beyond the gyro's range [rad].
+
+    A large one in a short time has slopes that no two readings show.
+    """
+    rotation = abs(passed.rotation)
+    return PASSED_FLOOR + rotation * (1.0 + rotation)
+
+
+def misled(now: Stream, sample: CorrectedSample, pull: float) -> float:
+    """Return how far a saturated accelerometer may have pulled a filter in one sample [rad].
+
+    Args:
+        now: what is remembered with the sample.
+        sample: the reading.
+        pull: how far the filter is from what the gyro alone makes of its estimate before [rad];
+            in a shock that is all.
+    """
+    if now.shocked == 0.0:
+        return 0.0
+    most = sample.dt / PULL
+    return min(most, pull) if now.shocked < SHOCK else most

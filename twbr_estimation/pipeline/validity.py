@@ -16,17 +16,17 @@ from typing import NamedTuple
 
 from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
 from . import unseen
-from .unseen import FREEZE, Stream, follow, misled, unseen_rotation
+from .unseen import FREEZE, Stream, follow, misled, uncertainty, unseen_rotation
 
 VALID_STDDEV = 0.2
 """Doubt of a tilt [rad] above which it is not trusted, unless a user sets another."""
-CLEARED_STDDEV = 0.025
+CLEARED_STDDEV = 0.05
 """Doubt [rad] below which a tilt that was not trusted is trusted again."""
 CAUSE = 0.0125
 """Rotation unseen in one sample [rad] from which on it is a cause of doubt."""
 CORRELATION = 0.2
 """Time over which the accelerometer's disturbances stay alike [s]."""
-SCATTER_MEMORY = 0.1
+SCATTER_MEMORY = 0.05
 """Time over which their size is measured [s]."""
 FLOOR = 0.01
 """Smallest scatter of the accelerometer's angle [rad]."""
@@ -38,6 +38,8 @@ TURNING = 0.01
 """The same for a turn about the other axes, per square of its rate [rad^2/s per (rad/s)^2]."""
 KNOWN = 0.1
 """Deviation of the reference [rad] below which a filter may start afresh from it."""
+REST_KNOWN = 0.025
+"""The same where the robot rests and the filter is not trusted."""
 DISAGREEMENT = 0.06
 """Distance of the filter from the reference [rad] that counts, beyond three deviations."""
 REST_DISAGREEMENT = 0.03
@@ -64,6 +66,16 @@ class Reference(NamedTuple):
     """Mean square of the accelerometer's disturbances [rad^2]."""
 
 
+class Known(NamedTuple):
+    """What held before the gyro was saturated, whose bound is replaced once that is over."""
+
+    doubt: float
+    """Deviation of the filter's tilt [rad]."""
+    trusted: float
+    variance: float
+    """Of the reference [rad^2]."""
+
+
 class Watch(NamedTuple):
     """What the monitor remembers from one sample to the next."""
 
@@ -73,6 +85,11 @@ class Watch(NamedTuple):
     """1 where the estimate deserves trust, else 0."""
     astray: float
     """1 where the filter has to start afresh from the reference, else 0."""
+    missed: float
+    """Rotation that the filter has just missed and gets added [rad]; 0 almost always."""
+    tilt: float
+    """The filter's [rad]."""
+    known: Known
     bias: float
     """Gyro bias of the filter when there was last no doubt [rad/s]."""
     calm: float
@@ -94,6 +111,9 @@ def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Wat
         _UNKNOWN if unknown else variance,
         0.0 if unknown else 1.0,
         0.0,
+        0.0,
+        estimate.tilt,
+        Known(0.0, 0.0, 0.0),
         estimate.gyro_bias,
         0.0 if unknown else AFTERMATH,
         Reference(sample.angle, variance, variance),
@@ -127,18 +147,52 @@ def watch(
         The judgement. Where it is `astray`, the filter starts afresh and `restarted` follows.
     """
     stream = follow(before.stream, sample)
+    turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - before.bias)
     hidden = unseen_rotation(before.stream, stream, sample, self_judged)
-    pulled = 0.0 if self_judged else misled(sample)
+    pull = abs(wrapped(estimate.tilt - before.tilt - turn))
+    pulled = 0.0 if self_judged else misled(stream, sample, pull)
     doubt = min(math.sqrt(before.doubt) + hidden + pulled, math.pi)
     calm, scatter = before.calm + sample.dt, before.reference.scatter
     if hidden > CAUSE or (pulled > 0.0 and doubt > CAUSE):
         calm, scatter = 0.0, max(scatter, FIRST_SCATTER * FIRST_SCATTER)
-    turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - before.bias)
     carried = _carried(before.reference, sample, turn, hidden, scatter)
-    if pulled == 0.0 and stream.frozen <= FREEZE:
-        carried = _averaged(carried, sample)
-    now = Watch(doubt * doubt, before.trusted, 0.0, before.bias, calm, carried, stream)
+    full = stream.saturated + stream.shocked > 0.0
+    pending = stream.passed.time > 0.0 and stream.passed.rotation == 0.0
+    if not (full or pending or stream.frozen > FREEZE):
+        carried = _averaged(carried, sample, min(sample.dt, 2.0 * stream.period))
+    known = before.known
+    if stream.saturated > 0.0 and before.stream.saturated == 0.0:
+        known = Known(math.sqrt(before.doubt), before.trusted, before.reference.variance)
+    now = Watch(
+        doubt * doubt,
+        before.trusted,
+        0.0,
+        0.0,
+        estimate.tilt,
+        known,
+        before.bias,
+        calm,
+        carried,
+        stream,
+    )
+    if stream.passed.rotation != 0.0 and not self_judged:
+        now = _passed(now)
     return _judged(now, estimate, valid_stddev, self_judged)
+
+
+def _passed(now: Watch) -> Watch:
+    """Replace the bound of a rotation beyond the gyro's range by what its end shows of it."""
+    rotation, known, reference = now.stream.passed.rotation, now.known, now.reference
+    uncertain = uncertainty(now.stream.passed)
+    deviation = min(math.sqrt(known.variance) + uncertain, math.sqrt(reference.variance))
+    return now._replace(
+        doubt=(known.doubt + uncertain) ** 2,
+        trusted=known.trusted,
+        missed=rotation,
+        reference=Reference(
+            wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter
+        ),
+    )
 
 
 def _carried(
@@ -151,9 +205,12 @@ def _carried(
     return Reference(wrapped(before.tilt + turn), deviation * deviation, scatter)
 
 
-def _averaged(reference: Reference, sample: CorrectedSample) -> Reference:
-    """Return the reference with the accelerometer's angle, weighted by its disturbances."""
-    x, y, z, dt = sample.accel_x, sample.accel_y, sample.accel_z, sample.dt
+def _averaged(reference: Reference, sample: CorrectedSample, dt: float) -> Reference:
+    """Return the reference with the accelerometer's angle, weighted by its disturbances.
+
+    `dt` [s] is the time that the reading stands for, which a gap before it does not lengthen.
+    """
+    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
     stretch = math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
     innovation, variance = wrapped(sample.angle - reference.tilt), reference.variance
     disturbance = max(innovation * innovation - variance, 0.0) + stretch * stretch
@@ -180,11 +237,13 @@ def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged
     if apart and 0.0 < now.calm < AFTERMATH and deviation < KNOWN and not self_judged:
         doubt, astray = max(doubt, distance * distance), 1.0
     trusted = _trusted(doubt, now.trusted, valid_stddev)
+    if trusted == 0.0 and resting and deviation < REST_KNOWN and not self_judged:
+        astray = 1.0
     if trusted > now.trusted and abs(estimate.gyro_bias - bias) > BIAS_CHANGE and not self_judged:
         astray = 1.0
     elif trusted > 0.0 and doubt <= CLEARED_STDDEV * CLEARED_STDDEV:
         bias = estimate.gyro_bias
-    return Watch(doubt, trusted, astray, bias, now.calm, reference, now.stream)
+    return now._replace(doubt=doubt, trusted=trusted, astray=astray, bias=bias)
 
 
 def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
@@ -197,4 +256,4 @@ def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:
     """Return what holds after the filter has started afresh from the reference."""
     doubt = now.reference.variance
     trusted = _trusted(doubt, now.trusted, valid_stddev)
-    return Watch(doubt, trusted, 0.0, now.bias, now.calm, now.reference, now.stream)
+    return now._replace(doubt=doubt, trusted=trusted, astray=0.0, tilt=now.reference.tilt)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ..filters.base import Filter
+from ..filters.base import Filter, estimate_of, turned
 from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .tilt_filter import TiltFilter
@@ -80,6 +80,9 @@ class WatchedFilter(TiltFilter):
         if sample.dt <= 0.0:
             return estimate
         now = watch(before, sample, estimate, self.valid_stddev, self._self_judged)
+        if now.missed != 0.0:
+            estimate = self._make_up(now, sample)
+            now = now._replace(tilt=estimate.tilt)
         if now.astray > 0.0:
             estimate = self._restart(now, sample)
             now = restarted(now, self.valid_stddev)
@@ -90,6 +93,18 @@ class WatchedFilter(TiltFilter):
         if self._watch is not None:
             self._lost += self._watch.stream.lost
         self._watch = begin(sample, estimate, unknown)
+
+    def _make_up(self, now: Watch, sample: CorrectedSample) -> TiltEstimate:
+        """Add what a saturated gyro did not show; the filter else goes on as it was."""
+        state = turned(self.state, now.missed)
+        if state is not None:
+            self.state = state
+            return estimate_of(state)
+        before = estimate_of(self.state)
+        variance = before.tilt_variance + now.doubt
+        return self.reset(
+            before._replace(tilt=before.tilt + now.missed, tilt_variance=variance), sample
+        )
 
     def _restart(self, now: Watch, sample: CorrectedSample) -> TiltEstimate:
         """Go on from the reference, with the gyro bias from before the doubt."""
