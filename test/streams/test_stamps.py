@@ -22,6 +22,24 @@ TAKE, SKIP, RESTART = Verdict.TAKE, Verdict.SKIP, Verdict.RESTART
         ((0, 5000, 2, 4), (TAKE, TAKE, RESTART, TAKE), {"gap": 1, "restart": 1}),
         # A clock set back by less than a second: the second sample in order shows it.
         ((800, 300, 302, 304), (TAKE, SKIP, RESTART, TAKE), {"late_stamp": 1, "restart": 1}),
+        # Put right again: no time has passed in the step ahead.
+        (
+            (798, 800, 700, 702, 704, 804, 806),
+            (TAKE, TAKE, SKIP, RESTART, TAKE, RESTART, TAKE),
+            {"late_stamp": 1, "restart": 2},
+        ),
+        # A gap long after a step back, and one that is much shorter than it, are gaps.
+        (
+            (800, 700, 702, 740, 742, 90_000),
+            (TAKE, SKIP, RESTART, TAKE, TAKE, TAKE),
+            {"late_stamp": 1, "restart": 1, "gap": 1},
+        ),
+        # Two messages that changed places are no step back to be put right.
+        (
+            (800, 802, 797, 799, 803),
+            (TAKE, TAKE, SKIP, RESTART, TAKE),
+            {"late_stamp": 1, "restart": 1},
+        ),
         # Two messages that were late one after the other, not a new order of time.
         ((8, 6, 4, 10), (TAKE, SKIP, SKIP, TAKE), {"late_stamp": 2}),
     ],

@@ -6,6 +6,7 @@
 | the stamp of the sample before | skipped, counted as `repeated_stamp` |
 | up to `RESTART_GAP` before the last | one such sample is late: skipped, `late_stamp` |
 | more than that before the last, or a second late one in order | a looped recording or a clock that was set back: the stream starts afresh, `restart` |
+| a step ahead like the one back before it, within `SET_BACK_FOR` | the clock was put right again: `restart` |
 | more than `RESTART_GAP` after the last | taken; its `dt` makes correction and filters start afresh, `gap` |
 | NaN or infinity | skipped, counted as `not_finite` |
 
@@ -19,7 +20,11 @@ from enum import Enum
 
 from ..samples import RESTART_GAP
 
+SET_BACK_FOR = 60.0
+"""Time after a step back [s] in which a step ahead of that size is no gap in the samples."""
 _GAP = round(RESTART_GAP * 1e9)
+_PERIODS = 6
+"""Periods of the samples that a step back must have before one ahead is looked at."""
 
 
 class Verdict(Enum):
@@ -40,11 +45,14 @@ class StampGuard:
         """Number of times each outcome other than `TAKE` in good order occurred."""
         self._last: int | None = None
         self._late: int | None = None
+        self._longest = _GAP
+        """Largest step ahead that needs no second look [ns]."""
+        self._set_back_until = 0
 
     def check(self, stamp: int) -> Verdict:
         """Return what to do with a sample of this stamp [ns]."""
         last = self._last
-        if last is not None and last < stamp <= last + _GAP:
+        if last is not None and last < stamp <= last + self._longest:
             self._last, self._late = stamp, None
             return Verdict.TAKE
         return self._judge(stamp, last)
@@ -58,19 +66,33 @@ class StampGuard:
         if stamp <= 0:
             return self.skip("zero_stamp")
         if last is None or stamp > last:
-            if last is not None:
-                self.counts["gap"] += 1
-            self._last, self._late = stamp, None
-            return Verdict.TAKE
+            return self._ahead(stamp, last)
         if stamp == last:
             return self.skip("repeated_stamp")
         back_to_back = self._late is not None and stamp > self._late
         if last - stamp > _GAP or back_to_back:
-            self.counts["restart"] += 1
-            self._last, self._late = stamp, None
-            return Verdict.RESTART
+            if self._late is not None and last - stamp > _PERIODS * abs(stamp - self._late):
+                self._longest = min((last - stamp) // 2, _GAP)
+                self._set_back_until = stamp + round(SET_BACK_FOR * 1e9)
+            return self._restart(stamp)
         self._late = stamp
         return self.skip("late_stamp")
+
+    def _ahead(self, stamp: int, last: int | None) -> Verdict:
+        """Take a stamp that is later than expected, unless the clock was set back before."""
+        set_right = self._longest < _GAP and stamp <= self._set_back_until
+        self._longest = _GAP
+        if last is not None and set_right:
+            return self._restart(stamp)
+        if last is not None and stamp > last + _GAP:
+            self.counts["gap"] += 1
+        self._last, self._late = stamp, None
+        return Verdict.TAKE
+
+    def _restart(self, stamp: int) -> Verdict:
+        self.counts["restart"] += 1
+        self._last, self._late = stamp, None
+        return Verdict.RESTART
 
 
 class StampAge:
