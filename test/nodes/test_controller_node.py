@@ -27,7 +27,8 @@ CUT = (0.0, 0.0)
 
 def controller_in(graph: Any, **parameters: Any) -> ControllerNode:
     """Add the node; in lockstep, time is that of `/clock`."""
-    given = {"use_sim_time": True, **graph.lossless(*INPUTS), **parameters}
+    patient = {"clock_timeout": 60.0, **graph.lossless(*INPUTS)}
+    given = {"use_sim_time": True, **patient, **parameters}
     return graph.add(ControllerNode(**graph.options(**given)))
 
 

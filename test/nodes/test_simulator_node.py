@@ -42,7 +42,7 @@ def estimation_in(graph: Any, *, calibrated: bool = False, **parameters: Any) ->
     return [
         graph.add(CorrectionNode(**graph.options(**shared, **errors))),
         graph.add(FilterNode(**graph.options(**shared, timeout=10.0))),
-        graph.add(ControllerNode(**graph.options(**shared))),
+        graph.add(ControllerNode(**graph.options(**shared, clock_timeout=60.0))),
     ]
 
 

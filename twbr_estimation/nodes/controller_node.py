@@ -130,7 +130,8 @@ class ControllerNode(DeviceNode):
         """Return how long the motors may run without a tilt, by the steady clock [s]."""
         control, balance = self._chosen.current.control, self._chosen.current.balance
         simulated = self.get_clock().ros_time_is_active
-        return control.clock_timeout if simulated else balance.settings.tilt_timeout
+        given = control.clock_timeout if simulated else 0.0
+        return given or balance.settings.tilt_timeout
 
     def _cut_for_good(self) -> None:
         if self.is_active:

@@ -68,9 +68,10 @@ class ControlSettings:
     ] = True
     clock_timeout: Annotated[
         float,
-        Bounds(0.05, 3600.0, "s", "Under use_sim_time: real time without a tilt after which the "
-               "motors are cut; longer for a simulation in lockstep"),
-    ] = 2.0  # fmt: skip
+        Bounds(0.0, 3600.0, "s", "Under use_sim_time: real time without a tilt after which the "
+               "motors are cut; 0 is `tilt_timeout`. Longer for a simulation that is slower than "
+               "real time or in lockstep"),
+    ] = 0.0  # fmt: skip
 
     def __post_init__(self) -> None:
         require_bounds(self)
