@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
 
-from robustness.live_robot import live_robot
+from reliability.live_robot import live_robot
 
 MOST = 11
 """Commands in `tilt_timeout` and one `period`, 0.05 s and 0.005 s, after the last tilt."""

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
-from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Bool, Float64MultiArray
-
-from twbr_estimation.messages import set_stamp, set_tilt
+from reliability.fed_controller import FedController
+from std_msgs.msg import Bool
 
 LIMIT = 0.055
 """`tilt_timeout` plus one `period`, the defaults [s]."""
@@ -25,67 +22,13 @@ SLACK = 0.5
 PROGRAM = "import sys; from twbr_estimation.nodes.controller_node import main; sys.exit(main())"
 
 
-class Robot:
-    """Feeds a controller with a lean that trembles, and notes what comes back and when."""
-
-    def __init__(self, graph: Any) -> None:
-        self.graph, self.count = graph, 0
-        self.commands: list[tuple[float, tuple[float, ...]]] = []
-        create = graph.probe.create_publisher
-        self._imu, self._joints = (
-            create(Imu, "imu/data", 10),
-            create(JointState, "joint_states", 10),
-        )
-        self.valid = create(Bool, "tilt/valid", 10)
-        graph.probe.create_subscription(
-            Float64MultiArray,
-            "motor/command",
-            lambda each: self.commands.append((time.monotonic(), tuple(each.data))),
-            1000,
-        )
-
-    def feed(self, age: float = 0.0, frozen: bool = False) -> None:
-        """Publish tilt and wheels `age` [s] old, then wait for a period."""
-        self.count += 1
-        stamp = self.graph.probe.get_clock().now().nanoseconds - round(age * 1e9)
-        imu, joints = Imu(), JointState(name=["left_wheel_joint"], position=[0.0])
-        set_stamp(imu, stamp)
-        set_stamp(joints, stamp)
-        set_tilt(imu.orientation, 0.05 + (0.0 if frozen else 1e-5 * (self.count % 2)))
-        imu.orientation_covariance[0] = 1e-4
-        self._joints.publish(joints)
-        self._imu.publish(imu)
-        end = time.monotonic() + 0.005
-        while time.monotonic() < end:
-            self.graph.executor.spin_once(timeout_sec=0.005)
-
-    def until(self, condition: Callable[[], bool], limit: float = 20.0, **how: Any) -> None:
-        """Feed until the condition holds."""
-        end = time.monotonic() + limit
-        while not condition():
-            assert time.monotonic() < end, "condition not met"
-            self.feed(**how)
-
-    def drives(self) -> bool:
-        """Whether the latest command drives a motor."""
-        return bool(self.commands) and any(self.commands[-1][1])
-
-    def since(self, start: float) -> list[tuple[float, ...]]:
-        """Return the commands since a time."""
-        return [command for at, command in self.commands if at >= start]
-
-    def stopped_after(self, cause: float) -> float:
-        """Return when the last command that drives came, after the cause [s]."""
-        return max((at for at, each in self.commands if any(each)), default=-math.inf) - cause
+@pytest.fixture
+def robot(graph: Any) -> FedController:
+    return FedController(graph)
 
 
 @pytest.fixture
-def robot(graph: Any) -> Robot:
-    return Robot(graph)
-
-
-@pytest.fixture
-def controller(python: str, robot: Robot) -> Iterator[subprocess.Popen[bytes]]:
+def controller(python: str, robot: FedController) -> Iterator[subprocess.Popen[bytes]]:
     process = subprocess.Popen([python, "-c", PROGRAM], start_new_session=True)
     robot.until(robot.drives, 60.0)
     yield process
@@ -95,7 +38,7 @@ def controller(python: str, robot: Robot) -> Iterator[subprocess.Popen[bytes]]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_them_before_the_node_ends(
-    controller: subprocess.Popen[bytes], robot: Robot, number: signal.Signals
+    controller: subprocess.Popen[bytes], robot: FedController, number: signal.Signals
 ) -> None:
     controller.send_signal(number)
     if number is signal.SIGHUP:
@@ -111,7 +54,7 @@ def test_a_signal_stops_them_before_the_node_ends(
     ids=["stale", "ahead", "another clock", "frozen"],
 )
 def test_a_tilt_that_is_none_stops_them(
-    controller: subprocess.Popen[bytes], robot: Robot, how: dict[str, Any]
+    controller: subprocess.Popen[bytes], robot: FedController, how: dict[str, Any]
 ) -> None:
     cause, count = time.monotonic(), robot.count
     robot.until(lambda: not robot.drives(), **how)
@@ -122,7 +65,7 @@ def test_a_tilt_that_is_none_stops_them(
 
 
 def test_silence_and_a_stuck_executor_stop_them(
-    controller: subprocess.Popen[bytes], robot: Robot
+    controller: subprocess.Popen[bytes], robot: FedController
 ) -> None:
     cause = time.monotonic()
     robot.graph.spin_until(lambda: not robot.drives())
@@ -130,7 +73,9 @@ def test_silence_and_a_stuck_executor_stop_them(
     robot.until(robot.drives)
 
 
-def test_what_is_not_valid_stops_them(controller: subprocess.Popen[bytes], robot: Robot) -> None:
+def test_what_is_not_valid_stops_them(
+    controller: subprocess.Popen[bytes], robot: FedController
+) -> None:
     robot.valid.publish(Bool(data=False))
     robot.until(lambda: not robot.drives())
     robot.valid.publish(Bool(data=True))
@@ -154,7 +99,7 @@ sys.exit(run(Stuck))
 """
 
 
-def test_a_callback_that_never_returns_stops_them(python: str, robot: Robot) -> None:
+def test_a_callback_that_never_returns_stops_them(python: str, robot: FedController) -> None:
     process = subprocess.Popen([python, "-c", STUCK], stderr=subprocess.DEVNULL)
     try:
         robot.until(robot.drives, 60.0)
@@ -168,12 +113,28 @@ def test_a_callback_that_never_returns_stops_them(python: str, robot: Robot) -> 
         process.wait(10)
 
 
-def test_without_a_clock_nothing_moves(python: str, robot: Robot) -> None:
+def test_a_simulated_clock_that_falls_silent_stops_them(python: str, graph: Any) -> None:
+    robot = FedController(graph, simulated_time=True)
+    command = [python, "-c", PROGRAM, "--ros-args", "-p", "use_sim_time:=true"]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    try:
+        robot.until(robot.drives, 60.0)
+        cause = time.monotonic()
+        robot.wait(1.0)
+        assert robot.commands and not robot.drives()
+        assert robot.stopped_after(cause) < LIMIT + SLACK
+        robot.until(robot.drives)
+    finally:
+        process.kill()
+        process.wait(10)
+
+
+def test_without_a_clock_nothing_moves(python: str, robot: FedController) -> None:
     command = [python, "-c", PROGRAM, "--ros-args", "-p", "use_sim_time:=true"]
     process = subprocess.Popen(command, env=os.environ, stderr=subprocess.DEVNULL)
     try:
         robot.until(lambda: len(robot.commands) > 200, 60.0)
-        assert not any(any(each) for _, each in robot.commands)
+        assert not any(any(each) for _, each, _ in robot.commands)
     finally:
         process.kill()
         process.wait(10)

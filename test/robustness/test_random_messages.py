@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
+from reliability.graph import Wiretap, taped
+from reliability.random_messages import RandomMessages
 from sensor_msgs.msg import Imu, JointState
 
-from robustness.random_messages import RandomMessages
 from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.evaluator_node import EvaluatorNode
@@ -20,32 +20,6 @@ from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.streams.messages import decode_float64, decode_float64s, decode_imu
 
 COUNT = 4000
-
-
-class Wiretap:
-    """Calls the nodes' subscriptions with serialised messages, without the middleware's losses."""
-
-    def __init__(self, *nodes: Any) -> None:
-        self._takers: dict[str, list[Any]] = {}
-        for node in nodes:
-            for each in node.subscriptions:
-                self._takers.setdefault(each.topic_name, []).append(each)
-
-    def send(self, topic: str, message: Any) -> None:
-        data = serialize_message(message)
-        for each in self._takers.get(f"/{topic.lstrip('/')}", ()):
-            each.callback(data if each.raw else message)
-
-
-def taped(publisher: Any, seen: list[Any]) -> None:
-    """Keep what a publisher sends, too."""
-    publish = publisher.publish
-
-    def both(message: Any) -> None:
-        seen.append(message)
-        publish(message)
-
-    publisher.publish = both
 
 
 @pytest.mark.parametrize("seed", [101, 102])
@@ -60,10 +34,10 @@ def test_random_messages_end_no_node(graph: Any, seed: int) -> None:
     imus: list[Any] = []
     tilts: list[Any] = []
     commands: list[Any] = []
-    taped(correction._publisher, imus)
-    taped(tilt._outputs._imu, imus)
-    taped(tilt._outputs._tilt, tilts)
-    taped(controller._command, commands)
+    taped(correction._publisher, imus.append)
+    taped(tilt._outputs._imu, imus.append)
+    taped(tilt._outputs._tilt, tilts.append)
+    taped(controller._command, commands.append)
     wire = Wiretap(*nodes)
     for topic, message in RandomMessages(seed).messages(COUNT):
         wire.send(topic, message)
@@ -84,7 +58,7 @@ def test_the_tilt_is_right_two_seconds_after_the_last_random_message(graph: Any)
         wire.send("imu/data_corrected", noise.message(Imu))
         wire.send("joint_states", noise.message(JointState))
     tilts: list[Any] = []
-    taped(node._outputs._tilt, tilts)
+    taped(node._outputs._tilt, tilts.append)
     lean, start = 0.1, 1_800_000_000_000_000_000
     for index in range(600):
         good = Imu()

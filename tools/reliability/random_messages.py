@@ -1,6 +1,6 @@
 """Random messages for the nodes: wild numbers, stamps, names and lengths among sound ones.
 
-`python test/robustness/random_messages.py COUNT SEED` feeds them to the running nodes of a graph.
+`python tools/reliability/random_messages.py COUNT SEED` feeds them to the running nodes of a graph.
 Later runs with the same seed send the same messages.
 """
 
@@ -49,7 +49,8 @@ class RandomMessages:
     def __init__(self, seed: int) -> None:
         """Begin the sequence of this seed."""
         self._random = random.Random(seed)
-        self._now = 1_700_000_000_000_000_000
+        self.now = 1_700_000_000_000_000_000
+        """Stamp of the latest message [ns], apart from wild ones."""
 
     def messages(self, count: int) -> Iterator[tuple[str, Any]]:
         """Yield topics and messages."""
@@ -78,8 +79,8 @@ class RandomMessages:
         return self._random.gauss(0.0, 10.0 ** self._random.uniform(-3, 2))
 
     def _stamp(self, stamp: Any) -> None:
-        self._now += self._random.randrange(10_000_000)
-        stamp.sec, stamp.nanosec = divmod(self._now, 10**9)
+        self.now += self._random.randrange(10_000_000)
+        stamp.sec, stamp.nanosec = divmod(self.now, 10**9)
         if self._random.random() < 0.1:
             stamp.sec = self._random.choice(SECONDS)
             stamp.nanosec = self._random.choice(NANOSECONDS)

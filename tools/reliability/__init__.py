@@ -1,0 +1,1 @@
+"""Tools that try to break drivers, nodes, commands and files; also for a driver of your own."""

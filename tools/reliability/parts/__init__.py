@@ -1,0 +1,1 @@
+"""Parts of the campaign: a file each, with `rows(effort)`, found by its name."""
