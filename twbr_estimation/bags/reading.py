@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..disk.reading import readable
 from ..errors import ConfigurationError, RecordingError
 from ..messages import UNREPORTED, tilt_of_quaternion
 from ..recording import (
@@ -103,7 +104,7 @@ class _Reader:
         """Return the recording, its tracks checked against the IMU's time."""
         imu = self._imu()
         recording = Recording(
-            source=str(self.path),
+            source=readable(self.path),
             imu=imu,
             wheels=self._wheels(),
             reference=self._tilt("reference"),

@@ -87,3 +87,8 @@ def is_folder(path: Path) -> bool:
         return path.is_dir()
     except OSError:
         return False
+
+
+def readable(path: Path) -> str:
+    """Return a path for tables and pictures; bytes that are no text become escapes."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
