@@ -19,6 +19,7 @@ DT = 0.005
 RANGE = math.radians(250.0)
 PLANAR = ("complementary", "kalman", "kalman_adaptive", "kalman_extended", "alpha_beta_wb")
 SOME = ("complementary", "kalman_adaptive", "alpha_beta_wb")
+SELF_JUDGED = ("ins_odometer",)
 
 
 @dataclass
@@ -79,7 +80,8 @@ def run(name: str, tilt: FloatArray, readings: list[CorrectedSample]) -> Outcome
         gap = 0.0
         time.append(index * DT)
         error.append(math.degrees(abs(math.remainder(estimate.tilt - true, 2.0 * math.pi))))
-        trusted.append(float(running.trusted))
+        own = estimate.tilt_variance <= running.valid_stddev**2
+        trusted.append(float(running.trusted and own))
     return Outcome(np.array(time), np.array(error), np.array(trusted), running)
 
 
@@ -103,9 +105,39 @@ def test_a_turn_beyond_the_gyros_range_is_noticed_and_made_up_for(
     found = run(name, tilt, list(samples(tilt, seed=11)))
     assert found.error.max() > 10.0  # the gyro hides a good part of it
     assert found.wrong_and_trusted() < 1e-3
-    assert found.error[found.after(rest + 1.0)].max() < 4.0
-    assert found.trusted[found.after(rest + 2.5)].all()
-    assert found.error[found.after(rest + 2.5)].max() < 3.0
+    assert found.error[found.after(rest + 0.6)].max() < 3.0
+    assert found.trusted[found.after(rest + 0.6)].all()
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize(("degrees", "duration"), [(45.0, 0.1), (90.0, 0.2), (180.0, 0.4)])
+@pytest.mark.parametrize("name", SELF_JUDGED)
+def test_a_filter_that_judges_itself_is_not_believed_in_a_turn_that_it_did_not_see(
+    name: str, degrees: float, duration: float, back: bool
+) -> None:
+    time = np.arange(0.0, 8.0, DT)
+    tilt = smooth(time, 3.0, duration)
+    if back:
+        tilt = tilt - smooth(time, 3.3 + duration, duration)
+    tilt = math.radians(degrees) * tilt
+    rest = 3.3 + 2.0 * duration if back else 3.0 + duration
+    found = run(name, tilt, list(samples(tilt, seed=17)))
+    assert found.wrong_and_trusted() < 1e-3
+    assert found.trusted[found.after(rest + 0.75)].all()
+    assert found.error[found.after(rest + 0.75)].max() < 3.0
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_fall_beyond_the_gyros_range_is_made_up_for_at_once(name: str) -> None:
+    time = np.arange(0.0, 6.0, DT)
+    falling = np.clip((time - 3.0) / 0.18, 0.0, 1.0) ** 2
+    tilt = np.asarray(0.6 * falling)
+    readings = list(samples(tilt, seed=18))
+    assert 5 < sum(sample.gyro_saturated_y for sample in readings) < 15
+    found = run(name, tilt, readings)
+    assert found.trusted[found.after(3.25)].all()
+    assert found.error[found.after(3.25)].max() < 3.0
+    assert found.running.restarts == 0
 
 
 @pytest.mark.parametrize("lost", [0.2, 0.4, 0.7])

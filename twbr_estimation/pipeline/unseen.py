@@ -128,19 +128,16 @@ def is_gap(before: Stream, dt: float) -> bool:
     return before.period > 0.0 and dt > LATE * before.period
 
 
-def unseen_rotation(
-    before: Stream, now: Stream, sample: CorrectedSample, self_judged: bool
-) -> float:
+def unseen_rotation(before: Stream, now: Stream, sample: CorrectedSample) -> float:
     """Return the largest rotation that a sample does not show [rad].
 
     Args:
         before: what was remembered before it.
         now: what is remembered with it.
         sample: the reading.
-        self_judged: whether the filter itself bounds what a saturated gyro hides.
     """
     dt, unseen = sample.dt, 0.0
-    if now.saturated > 0.0 and not self_judged:
+    if now.saturated > 0.0:
         unseen = max(SLOPE_MARGIN * now.slope, ACCELERATION) * now.saturated * dt
     if is_gap(before, dt):
         bridged = 0.5 * abs(now.gyro[1] - before.gyro[1]) * dt

@@ -140,15 +140,15 @@ def watch(
         sample: the reading; its `dt` is above zero.
         estimate: what the filter made of it.
         valid_stddev: doubt above which the tilt is not trusted [rad].
-        self_judged: whether the filter's own variance covers saturation and disagreement; then
-            only gaps and frozen readings count, and it is never astray.
+        self_judged: whether the filter makes up for saturation and gaps by itself; then it is
+            astray only where the robot rests and the reference is well known.
 
     Returns:
         The judgement. Where it is `astray`, the filter starts afresh and `restarted` follows.
     """
     stream = follow(before.stream, sample)
     turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - before.bias)
-    hidden = unseen_rotation(before.stream, stream, sample, self_judged)
+    hidden = unseen_rotation(before.stream, stream, sample)
     pull = abs(wrapped(estimate.tilt - before.tilt - turn))
     pulled = 0.0 if self_judged else misled(stream, sample, pull)
     doubt = min(math.sqrt(before.doubt) + hidden + pulled, math.pi)
@@ -175,12 +175,12 @@ def watch(
         carried,
         stream,
     )
-    if stream.passed.rotation != 0.0 and not self_judged:
-        now = _passed(now)
+    if stream.passed.rotation != 0.0:
+        now = _passed(now, self_judged)
     return _judged(now, estimate, valid_stddev, self_judged)
 
 
-def _passed(now: Watch) -> Watch:
+def _passed(now: Watch, self_judged: bool) -> Watch:
     """Replace the bound of a rotation beyond the gyro's range by what its end shows of it."""
     rotation, known, reference = now.stream.passed.rotation, now.known, now.reference
     uncertain = uncertainty(now.stream.passed)
@@ -188,7 +188,7 @@ def _passed(now: Watch) -> Watch:
     return now._replace(
         doubt=(known.doubt + uncertain) ** 2,
         trusted=known.trusted,
-        missed=rotation,
+        missed=0.0 if self_judged else rotation,
         reference=Reference(
             wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter
         ),
@@ -232,9 +232,10 @@ def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged
     shown = reference.variance + distance * distance
     if now.calm > 0.0 and not apart and shown < doubt:
         doubt = shown
-    if self_judged and now.calm > SETTLED:
+    if self_judged and now.calm > SETTLED and not apart:
         doubt = 0.0
-    if apart and 0.0 < now.calm < AFTERMATH and deviation < KNOWN and not self_judged:
+    known = deviation < (REST_KNOWN if self_judged else KNOWN) and (resting or not self_judged)
+    if apart and 0.0 < now.calm < AFTERMATH and known:
         doubt, astray = max(doubt, distance * distance), 1.0
     trusted = _trusted(doubt, now.trusted, valid_stddev)
     if trusted == 0.0 and resting and deviation < REST_KNOWN and not self_judged:

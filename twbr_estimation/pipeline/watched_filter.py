@@ -12,7 +12,7 @@ from .tilt_filter import TiltFilter
 from .validity import VALID_STDDEV, Watch, begin, restarted, watch, wrapped
 
 SELF_JUDGED = ("ins_odometer",)
-"""Filters whose own variance covers saturated sensors and disagreement with gravity."""
+"""Filters that make up for saturated sensors by themselves and come back to gravity."""
 OVERTURNED = 0.5 * math.pi
 """Tilt [rad] from which on the accelerometer's angle is taken within half a turn of it."""
 
