@@ -40,7 +40,7 @@ def setup_of(arm: float = 0.05) -> Setup:
 
 def grid(seconds: float) -> FloatArray:
     """Return instants [s]."""
-    return np.arange(round(seconds / PERIOD) * FINE) * (PERIOD / FINE)
+    return np.arange(round(seconds / PERIOD) * FINE, dtype=np.float64) * (PERIOD / FINE)
 
 
 def swing(seconds: float, degrees: float, frequency: float) -> Motion:

@@ -15,9 +15,9 @@ Written by `python tools/campaign.py`; do not edit. The tools it is made of, in
 [tools/reliability](../tools/reliability/), also try a driver or a node of your own:
 
 * `random_messages.py` publishes wild and sound messages on all topics of a graph.
-* `faulty_chip.py` puts faults between a driver and an MPU6050, simulated or real.
 * `live_robot.py` kills and stops the nodes of a balancing robot and counts the commands.
-* `killing.py` kills a command at random instants and compares its files.
+* `fed_controller.py` feeds a controller by hand and counts what it commands.
+* `live_path.py` and `motions.py` run a filter as the nodes do and compare it with the truth.
 
 `python tools/campaign.py --list` names the parts; each runs alone, and `--scale` shortens it. A
 part that cannot run on a machine says so and leaves its rows as they were.

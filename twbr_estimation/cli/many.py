@@ -44,7 +44,9 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--jobs", type=int, metavar="N", help="local processes; default: one a processor"
     )
-    where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster to use")
+    where.add_argument(
+        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, which authenticates nobody"
+    )
 
 
 def add_many(parser: argparse.ArgumentParser) -> None:
