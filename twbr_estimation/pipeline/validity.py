@@ -66,7 +66,7 @@ class Reference(NamedTuple):
     """Mean square of the accelerometer's disturbances [rad^2]."""
 
 
-class Known(NamedTuple):
+class BeforeSaturation(NamedTuple):
     """What held before the gyro was saturated, whose bound is replaced once that is over."""
 
     doubt: float
@@ -89,7 +89,7 @@ class Watch(NamedTuple):
     """Rotation that the filter has just missed and gets added [rad]; 0 almost always."""
     tilt: float
     """The filter's [rad]."""
-    known: Known
+    known: BeforeSaturation
     bias: float
     """Gyro bias of the filter when there was last no doubt [rad/s]."""
     calm: float
@@ -113,7 +113,7 @@ def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Wat
         0.0,
         0.0,
         estimate.tilt,
-        Known(0.0, 0.0, 0.0),
+        BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
         0.0 if unknown else AFTERMATH,
         Reference(sample.angle, variance, variance),
@@ -162,7 +162,7 @@ def watch(
         carried = _averaged(carried, sample, min(sample.dt, 2.0 * stream.period))
     known = before.known
     if stream.saturated > 0.0 and before.stream.saturated == 0.0:
-        known = Known(math.sqrt(before.doubt), before.trusted, before.reference.variance)
+        known = BeforeSaturation(math.sqrt(before.doubt), before.trusted, before.reference.variance)
     now = Watch(
         doubt * doubt,
         before.trusted,
