@@ -21,7 +21,7 @@ NEAR = 1.35
 _CONTRADICTED = 2.0  # what a cause leaves counts this many times where other data speak against it
 _RARER = 1.3  # the same of a fault that imitates a simpler one
 _UNUSUAL = 1.5  # the same of a factor that is no unit's
-_TIE = 1.01
+_TIE = 1.1
 
 
 class Known(NamedTuple):

@@ -44,7 +44,7 @@ def diagnosis(cause: Cause, robot: Robot, known: Known = UNKNOWN) -> Finding | N
         robot: as configured.
         known: what other data show.
     """
-    if _is_backward(cause) and known == UNKNOWN:
+    if known == UNKNOWN and (_is_backward(cause) or cause.name == "turned 180"):
         return _backward_or_turned(cause, robot)
     if cause.name in _SPECIAL:
         return _SPECIAL[cause.name](cause, robot)
@@ -81,11 +81,9 @@ def _is_backward(cause: Cause) -> bool:
     return cause.name == "wheels" and cause.ratio < 0.0 and _severity(-cause.ratio) is _PASS
 
 
-def _backward_or_turned(cause: Cause, robot: Robot) -> Finding | None:
+def _backward_or_turned(cause: Cause, robot: Robot) -> Finding:
     """Return what fits encoders that count backward and a sensor that sits the wrong way round."""
-    if abs(cause.ratio - 1.0) < SIGNIFICANT * cause.error or not cause.believable:
-        return None
-    found = _backward_wheels(1.0 / cause.ratio, Severity.FAIL)
+    found = _backward_wheels(1.0 / cause.ratio if cause.ratio < 0.0 else -1.0, Severity.FAIL)
     mounting = _turned_mounting(robot, math.pi)
     return replace(
         found,

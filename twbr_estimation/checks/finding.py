@@ -58,3 +58,8 @@ def noteworthy(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 def worst(findings: Iterable[Finding]) -> Severity:
     """Return the highest severity; PASS where there are no findings."""
     return max((each.severity for each in findings), default=Severity.PASS)
+
+
+def sentences(findings: Iterable[Finding]) -> str:
+    """Return findings as one text."""
+    return "; ".join(each.sentence for each in findings)

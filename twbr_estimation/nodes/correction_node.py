@@ -5,11 +5,14 @@ The orientation of what is published is the angle of Laddach 2022 (13) about +y.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
 from sensor_msgs.msg import Imu, JointState
 
+from ..checks.finding import sentences
+from ..checks.live import LiveChecks
 from ..errors import MessageError
 from ..pipeline.pairing import MotorCommand, WheelReading
 from ..robot import Setup
@@ -61,8 +64,9 @@ class CorrectionNode(GuardedNode):
             lambda values: settings_from(Setup(), values),
             lambda setup: self._stream.configure(setup),
         )
+        self._checks = LiveChecks(setup.current)
         self._stream = CorrectionStream(
-            setup.current, inputs.wheel_wait, KEPT_SAMPLES, inputs.loop_period
+            setup.current, inputs.wheel_wait, KEPT_SAMPLES, inputs.loop_period, self._checks
         )
         self._setup, self._listener = setup, listener
         self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
@@ -158,8 +162,9 @@ class CorrectionNode(GuardedNode):
         if self._setup.current.correction.wheel and not stream.wheels_known:
             text = "no wheel readings: their terms are left out"
             return Report(Level.WARN, f"{text}; {stamps}" if stamps else text, values)
-        if stamps:
-            return Report(Level.WARN, stamps, values)
+        found = sentences(self._checks.look(time.monotonic()))
+        if stamps or found:
+            return Report(Level.WARN, "; ".join(filter(None, (stamps, found))), values)
         if self._wheels.rates.messages:
             return Report(Level.OK, "correcting; wheel angles integrated from velocities", values)
         return Report(Level.OK, "correcting", values)

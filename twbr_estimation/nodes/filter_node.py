@@ -7,16 +7,19 @@ The filter, its parameters and the filters beside it change between two samples.
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Sequence
 from typing import Any
 
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
+from ..checks.finding import Finding, sentences
+from ..checks.quick import QuickChecks
 from ..errors import MessageError
 from ..samples import CorrectedSample
 from ..streams.filtering import FilterStream
-from ..streams.live_checks import LiveChecks
 from ..streams.messages import decode_motor_command
 from ..streams.stamps import StampAge
 from ..streams.tilt_input import TiltInput
@@ -52,7 +55,7 @@ class FilterNode(GuardedNode):
         self._input = TiltInput(inputs, configuration.setup)
         self._outputs = TiltOutputs(self, declare(self, IMU_FRAME))
         self._transform = TiltTransform(self)
-        self._checks, self._age = LiveChecks(), StampAge()
+        self._checks, self._age = QuickChecks(), StampAge()
         self._counts = {
             "samples": 0,
             "not_finite_estimates": 0,
@@ -181,7 +184,7 @@ class FilterNode(GuardedNode):
             age = self._watchdog.age
             return Report(Level.ERROR, f"stale: no usable sample for {age:.1f} s", values)
         if self._checks.untrusted:
-            return Report(Level.ERROR, "; ".join(self._checks.untrusted), values)
+            return Report(Level.ERROR, sentences(self._checks.untrusted), values)
         if not self._trusted:
             lost = f"; {newly_lost} samples lost or late" if newly_lost else ""
             why = "; ".join((self._stream.distrust(), *self._stream.remarks()))
@@ -190,7 +193,7 @@ class FilterNode(GuardedNode):
             f"{newly_lost} samples lost or late" if newly_lost else "",
             *self._stream.remarks(),
             *self._stream.warnings(period),
-            *self._checks.doubts,
+            sentences(self._doubts()),
             self._transform.problem,
             self._other_clock(),
             *self._input.problems(),
@@ -198,6 +201,12 @@ class FilterNode(GuardedNode):
         if any(warnings):
             return Report(Level.WARN, "; ".join(each for each in warnings if each), values)
         return Report(Level.OK, "estimating", values)
+
+    def _doubts(self) -> Sequence[Finding]:
+        """Return what the checks found; where both see it, the longer look has the better words."""
+        longer = self._input.checks.look(time.monotonic()) if self._input.raw else ()
+        known = {each.subject for each in longer}
+        return [*longer, *(each for each in self._checks.doubts if each.subject not in known)]
 
     def _waiting(self) -> str:
         """Return what is waited for, and what came instead."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 
+from ..checks.live import LiveChecks
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT
@@ -26,6 +27,7 @@ class CorrectionStream(GuardedPairing):
         wait: float = DEFAULT_WAIT,
         keep: int = 0,
         loop_period: float = 0.0,
+        checks: LiveChecks | None = None,
     ) -> None:
         """Start without a past.
 
@@ -34,6 +36,7 @@ class CorrectionStream(GuardedPairing):
             wait: How much later [s] than a sample its wheel reading may be stamped.
             keep: How many of the latest raw samples `recent` holds.
             loop_period: Period [s] for which corrected samples are combined; 0 passes each on.
+            checks: Gets every raw sample with its wheels, and each setup.
         """
         super().__init__(wait)
         self.counts: Counter[str] = Counter()
@@ -45,11 +48,14 @@ class CorrectionStream(GuardedPairing):
         self._corrector = Corrector(setup)
         self._oversampler = Oversampler(loop_period)
         self._started = self._restarted = False
+        self._checks = checks
         self.configure(setup)
 
     def configure(self, setup: Setup) -> None:
         """Use another setup from the next sample on; the past stays."""
         self._corrector.reconfigure(setup)
+        if self._checks is not None:
+            self._checks.configure(setup)
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> StampedSamples:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
@@ -83,11 +89,14 @@ class CorrectionStream(GuardedPairing):
 
     def _completed(self, paired: list[tuple[int, Sample]]) -> StampedSamples:
         combined = (
-            (stamp, self._oversampler.add(self._correct(sample))) for stamp, sample in paired
+            (stamp, self._oversampler.add(self._correct(stamp, sample)))
+            for stamp, sample in paired
         )
         return [(stamp, sample) for stamp, sample in combined if sample is not None]
 
-    def _correct(self, sample: Sample) -> CorrectedSample:
+    def _correct(self, stamp: int, sample: Sample) -> CorrectedSample:
+        if self._checks is not None:
+            self._checks.add(stamp, sample)
         if self._restarted:
             self._restarted = False
             sample = sample._replace(dt=UNKNOWN_TIME)

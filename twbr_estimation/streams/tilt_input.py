@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+from ..checks.live import LiveChecks
 from ..pipeline.pairing import MotorCommand
 from ..pipeline.physical import NOT_FINITE
 from ..robot import Setup
@@ -36,8 +37,10 @@ class TiltInput:
         self._decided, self._oriented = False, False
         self._others, self._left_out = 0, 0
         self._corrected = CorrectedStream(settings.wheel_wait)
+        self.checks = LiveChecks(setup)
+        """What the raw messages show about themselves."""
         self._correction = CorrectionStream(
-            setup, settings.wheel_wait, loop_period=settings.loop_period
+            setup, settings.wheel_wait, loop_period=settings.loop_period, checks=self.checks
         )
         self._wheels = WheelDecoder(
             settings.left_wheel_joint,

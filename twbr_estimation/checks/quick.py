@@ -1,4 +1,4 @@
-"""Readings that contradict each other while the robot moves: a dead sensor, a wrong unit or sign.
+"""Gross contradictions within two seconds, sample by sample: a dead sensor, a wrong unit or sign.
 
 The tilt that the gyro turns is compared with the tilt that the accelerometer shows, in blocks of
 `BLOCK`, over the last `WINDOW`. A robot's own acceleration disturbs the latter, so that only gross
@@ -12,6 +12,8 @@ from collections import deque
 from typing import NamedTuple
 
 from ..samples import RESTART_GAP, STANDARD_GRAVITY, CorrectedSample
+from .finding import Finding, Severity
+from .units import of_accelerometer
 
 BLOCK = 0.1
 """Time over which readings are averaged [s]."""
@@ -23,8 +25,6 @@ CLEAR = 0.7
 """Correlation of gyro and accelerometer from which on their ratio means something."""
 IN_DEGREES = 20.0
 """Ratio of the turns above which the gyro reports degrees; exactly it would be 57.3."""
-IN_G = (0.5, 2.0)
-"""Length of the specific force that is gravity in g."""
 GRAVITY_TOLERANCE = 0.3
 """Share by which the mean specific force may differ from gravity."""
 
@@ -44,14 +44,14 @@ class _Block(NamedTuple):
     """Mean force along z [m/s^2]."""
 
 
-class LiveChecks:
+class QuickChecks:
     """Check of corrected samples; reports readings that contradict each other."""
 
     def __init__(self) -> None:
         """Start without a past."""
-        self.untrusted: tuple[str, ...] = ()
+        self.untrusted: tuple[Finding, ...] = ()
         """Findings that make the tilt wrong."""
-        self.doubts: tuple[str, ...] = ()
+        self.doubts: tuple[Finding, ...] = ()
         """Other findings."""
         self._blocks: deque[_Block] = deque(maxlen=WINDOW)
         self._turn = 0.0
@@ -107,57 +107,56 @@ class LiveChecks:
             self.untrusted = tuple(filter(None, (self._dead(), self._ratio())))
             self.doubts = tuple(filter(None, (self._gravity(), self._direction())))
 
-    def _dead(self) -> str:
+    def _dead(self) -> Finding | None:
         """Return which sensor stands still although the other moves."""
         blocks = self._blocks
         shown = math.sqrt(sum(each.shown**2 for each in blocks) / WINDOW)
         turned = math.sqrt(sum(each.turned**2 for each in blocks) / WINDOW)
         rate = blocks[-1].rate[0]
         if all(each.rate == (rate, rate) for each in blocks) and shown > MOVING:
-            return (
-                f"the gyro's y axis reads {rate:.4g} rad/s and nothing else while the "
-                "accelerometer shows a swing: it is dead or stuck"
-            )
+            seen = f"axis y reads {rate:.4g} rad/s and nothing else while the accelerometer swings"
+            return Finding(Severity.FAIL, "gyro", "dead axis", f"{seen}: it is dead or stuck")
         force = blocks[-1].force[0]
         if all(each.force == (force, force) for each in blocks) and turned > MOVING:
-            return (
-                f"the accelerometer's x axis reads {force:.4g} m/s^2 and nothing else while the "
-                "gyro turns: it is dead or stuck"
+            seen = f"axis x reads {force:.4g} m/s^2 and nothing else while the gyro turns"
+            return Finding(
+                Severity.FAIL, "accelerometer", "dead axis", f"{seen}: it is dead or stuck"
             )
-        return ""
+        return None
 
-    def _ratio(self) -> str:
+    def _ratio(self) -> Finding | None:
         """Return what the gyro's unit or sign must be."""
         shown = sum(each.shown**2 for each in self._blocks)
         turned = sum(each.turned**2 for each in self._blocks)
         both = sum(each.shown * each.turned for each in self._blocks)
         if shown < WINDOW * MOVING**2 or abs(both) < CLEAR * math.sqrt(shown * turned):
-            return ""
+            return None
         ratio = both / shown
+        turns = f"its y axis turns {ratio:.3g} times as far as the accelerometer's x axis leans"
         if ratio < -0.3:
-            return (
-                f"the gyro turns {ratio:.2g} times as far as the accelerometer shows: a sign is "
-                "wrong; see robot.mounting"
-            )
+            text = f"{turns}: one of both has the wrong sign; check robot.mounting"
+            return Finding(Severity.FAIL, "gyro", "sign", text, ratio, "robot.mounting")
         if ratio > IN_DEGREES:
-            return (
-                f"the gyro turns {ratio:.3g} times as far as the accelerometer shows: it reports "
-                "deg/s where rad/s are needed"
-            )
-        return ""
+            text = f"{turns}: it looks like deg/s; give rad/s"
+            return Finding(Severity.FAIL, "gyro", "unit", text, ratio)
+        return None
 
-    def _gravity(self) -> str:
+    def _gravity(self) -> Finding | None:
         length = sum(each.length for each in self._blocks) / WINDOW
-        if IN_G[0] < length < IN_G[1]:
-            return f"the accelerometer's mean is {length:.3g}: it reports g where m/s^2 are needed"
-        if abs(length / STANDARD_GRAVITY - 1.0) > GRAVITY_TOLERANCE:
-            return (
-                f"the accelerometer's mean is {length:.3g} m/s^2 where gravity is "
-                f"{STANDARD_GRAVITY:.3g}; see its range and calibration.accel_bias"
-            )
-        return ""
+        ratio = length / STANDARD_GRAVITY
+        unit = of_accelerometer(ratio)
+        if abs(ratio - 1.0) <= GRAVITY_TOLERANCE:
+            return None
+        reads = f"its mean reading is {length:.3g} where gravity is {STANDARD_GRAVITY:.3g} m/s^2"
+        advice = (
+            f"it is in {unit}; give m/s^2"
+            if unit
+            else "check the full scale the driver assumes and calibration.accel_bias"
+        )
+        return Finding(Severity.FAIL, "accelerometer", "unit", f"{reads}: {advice}", ratio)
 
-    def _direction(self) -> str:
-        if all(each.up < -0.5 * each.length for each in self._blocks):
-            return "the z axis points down: see robot.mounting, or the robot is upside down"
-        return ""
+    def _direction(self) -> Finding | None:
+        if not all(each.up < -0.5 * each.length for each in self._blocks):
+            return None
+        text = "its z axis points down: check robot.mounting, or the robot is upside down"
+        return Finding(Severity.FAIL, "accelerometer", "direction", text, -1.0, "robot.mounting")

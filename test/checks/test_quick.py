@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
+from twbr_estimation.checks.quick import QuickChecks
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
-from twbr_estimation.streams.live_checks import LiveChecks
 
 DT = 0.005
 ZERO = CorrectedSample(**dict.fromkeys(CorrectedSample._fields, 0.0))
@@ -30,8 +30,8 @@ def swing(seconds: float, amplitude: float = 0.3, seed: int = 7) -> Iterator[Cor
 
 def checked(
     change: Callable[[CorrectedSample], CorrectedSample], seconds: float = 3.0, **how: float
-) -> LiveChecks:
-    checks = LiveChecks()
+) -> QuickChecks:
+    checks = QuickChecks()
     for sample in swing(seconds, **how):  # type: ignore[arg-type]
         checks.add(change(sample))
     return checks
@@ -47,9 +47,9 @@ def test_sensors_that_agree_are_trusted(amplitude: float, seed: int) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda s: s._replace(gyro_y=0.0), "gyro's y axis reads 0 rad/s"),
-        (lambda s: s._replace(gyro_y=4.36), "gyro's y axis reads 4.36"),
-        (lambda s: s._replace(accel_x=0.0, accel_z=9.8), "accelerometer's x axis reads 0"),
+        (lambda s: s._replace(gyro_y=0.0), "gyro: axis y reads 0 rad/s"),
+        (lambda s: s._replace(gyro_y=4.36), "gyro: axis y reads 4.36"),
+        (lambda s: s._replace(accel_x=0.0, accel_z=9.8), "accelerometer: axis x reads 0"),
         (lambda s: s._replace(gyro_y=math.degrees(s.gyro_y)), "deg/s"),
         (lambda s: s._replace(gyro_y=-s.gyro_y), "sign"),
         (lambda s: s._replace(accel_x=-s.accel_x), "sign"),
@@ -59,7 +59,7 @@ def test_a_sensor_that_contradicts_the_other_is_not_trusted(
     change: Callable[[CorrectedSample], CorrectedSample], said: str
 ) -> None:
     checks = checked(change)
-    assert len(checks.untrusted) == 1 and said in checks.untrusted[0]
+    assert len(checks.untrusted) == 1 and said in checks.untrusted[0].sentence
 
 
 def in_g(sample: CorrectedSample) -> CorrectedSample:
@@ -75,9 +75,9 @@ def upside_down(sample: CorrectedSample) -> CorrectedSample:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (in_g, "reports g"),
+        (in_g, "it is in g"),
         (lambda s: s._replace(accel_z=1.5 * s.accel_z), "where gravity is 9.81"),
-        (lambda s: s._replace(accel_x=0.001, accel_y=0.0, accel_z=0.02), "mean is 0.02"),
+        (lambda s: s._replace(accel_x=0.001, accel_y=0.0, accel_z=0.02), "mean reading is 0.02"),
         (upside_down, "z axis points down"),
     ],
 )
@@ -85,7 +85,7 @@ def test_a_wrong_accelerometer_is_named(
     change: Callable[[CorrectedSample], CorrectedSample], said: str
 ) -> None:
     checks = checked(change, amplitude=0.02)
-    assert any(said in each for each in checks.doubts)
+    assert any(said in each.sentence for each in checks.doubts)
 
 
 def test_trust_returns_two_seconds_after_good_samples() -> None:
