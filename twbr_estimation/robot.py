@@ -173,6 +173,19 @@ class Calibration:
     gyro_bias: Annotated[
         tuple[float, float, float], Bounds(-10.0, 10.0, "rad/s", "Gyro readings at rest.")
     ] = (0.0, 0.0, 0.0)
+    gyro_bias_slope: Annotated[
+        tuple[float, float, float],
+        Bounds(
+            -0.1,
+            0.1,
+            "rad/s/K",
+            "Change of the gyro readings at rest with the sensor's temperature; used where the "
+            "temperature comes.",
+        ),
+    ] = (0.0, 0.0, 0.0)
+    gyro_bias_temperature: Annotated[
+        float, Bounds(-100.0, 200.0, "degC", "Temperature at which `gyro_bias` holds.")
+    ] = 25.0
     gyro_scale: Annotated[
         tuple[float, float, float],
         Bounds(

@@ -32,6 +32,8 @@ ACCELERATION = Unit("m/s^2", "m/s^2", 1.0)
 LENGTH = Unit("m", "mm", 1e3)
 TIME = Unit("s", "ms", 1e3)
 RATIO = Unit("1", "1", 1.0)
+BIAS_SLOPE = Unit("rad/s/K", "deg/s/K", DEGREES)
+TEMPERATURE = Unit("degC", "degC", 1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,6 +90,7 @@ def calibrate_still(recording: Recording, setup: Setup, options: StillOptions) -
     calibration = replace(
         setup.calibration,
         gyro_bias=gyro_bias,
+        gyro_bias_temperature=_temperature(recording, setup.calibration),
         accel_bias=bias,
         gyro_noise=_pooled(gyro_noise, setup.calibration.gyro_noise),
         accel_noise=_pooled(accel_noise, setup.calibration.accel_noise),
@@ -109,6 +110,13 @@ def calibrate_still(recording: Recording, setup: Setup, options: StillOptions) -
         window_means(imu.gyro, round(window / dt)),
         window_means(imu.accel, round(window / dt)),
     )
+
+
+def _temperature(recording: Recording, calibration: Calibration) -> float:
+    """Return the temperature at which the biases hold [degC]; as configured where not known."""
+    if recording.temperature is None:
+        return calibration.gyro_bias_temperature
+    return float(np.mean(recording.temperature.temperature))
 
 
 def triple(values: FloatArray) -> Triple:

@@ -27,6 +27,7 @@ from ..calibration.poses import calibrate_poses
 from ..calibration.still import StillOptions, calibrate_still
 from ..calibration.turns import calibrate_turns
 from ..calibration.wall import calibrate_wall
+from ..calibration.warmup import calibrate_warmup
 from ..configuration.calibration_files import save
 from ..configuration.files import FILES, date_of_now, read_setup
 from ..configuration.of_recording import CONFIG_FOLDER
@@ -80,6 +81,8 @@ def add_parser(subparsers: Any) -> None:
     _add_kind(kinds, "wall", summary, _wall, "+")
     summary = "the tilt at which the robot balances, from balancing"
     _add_kind(kinds, "balance", summary, _balance, "+")
+    summary = "gyro bias against temperature, from a robot at rest that warms up"
+    _add_kind(kinds, "warmup", summary, _warmup)
 
 
 def _add_kind(
@@ -241,3 +244,10 @@ def _balance(
 ) -> Findings:
     del arguments
     return calibrate_balance(recordings, setup)
+
+
+def _warmup(
+    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
+) -> Findings:
+    del arguments
+    return calibrate_warmup(recordings[0], setup)

@@ -22,6 +22,7 @@ from ..parameters.argument_checks import (
     shown,
 )
 from ..pipeline.pairing import SampleTrack, pair
+from ..pipeline.warmth import without_warmth
 from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
 from ..samples import RESTART_GAP
@@ -71,7 +72,7 @@ class Drive:
     @cached_property
     def samples(self) -> SampleTrack:
         """The IMU samples with wheels and motors at the same instants."""
-        recording = self.recording
+        recording = without_warmth(self.recording, self.setup)
         return pair(recording.imu, recording.wheels, motors=recording.motors)
 
     @cached_property
@@ -100,7 +101,7 @@ class Drive:
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
         """What the data show about themselves and the robot's description, PASS included."""
-        return check(self.recording, self.setup)
+        return check(without_warmth(self.recording, self.setup), self.setup)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -134,7 +135,8 @@ class Drive:
         if setup == self.setup:
             return self
         other = replace(self, setup=setup)
-        other.__dict__["samples"] = self.samples
+        if _warmth(setup) == _warmth(self.setup):
+            other.__dict__["samples"] = self.samples
         return other
 
     def with_terms(self, *terms: str) -> Drive:
@@ -251,6 +253,12 @@ def require_period(loop_period: float) -> float:
         ConfigurationError: it is no number, negative, or so long that filters would start afresh.
     """
     return number_within("loop_period", loop_period, 0.0, RESTART_GAP, "s")
+
+
+def _warmth(setup: Setup) -> tuple[object, ...]:
+    """Return what of a setup the paired samples depend on."""
+    calibration = setup.calibration
+    return calibration.gyro_bias_slope, calibration.gyro_bias_temperature
 
 
 def chosen(names: Iterable[str | Filter]) -> list[Filter]:

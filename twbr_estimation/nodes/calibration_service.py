@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,7 @@ class CalibrationService:
         node: Node,
         setup: Callable[[], Setup],
         recent: Callable[[], Sequence[Sample]],
+        temperature: Callable[[], float | None],
     ) -> None:
         """Load the file where there is one, and offer the service.
 
@@ -46,11 +48,13 @@ class CalibrationService:
             node: The node whose parameters `calibration.*` are set.
             setup: Returns the setup in force.
             recent: Returns the latest raw samples, oldest first.
+            temperature: Returns that of the IMU [degC]; None where it is not known.
 
         Raises:
             ConfigurationError: the file is there but cannot be used.
         """
         self._node, self._setup, self._recent = node, setup, recent
+        self._temperature = temperature
         defaults = StillnessSettings()
         self._stillness = NodeParameters(
             node,
@@ -92,6 +96,8 @@ class CalibrationService:
             calibration = still_calibration(
                 self._recent(), setup.calibration, setup.robot, self._stillness.current
             )
+            if (temperature := self._temperature()) is not None:
+                calibration = replace(calibration, gyro_bias_temperature=temperature)
             saved = self._use_and_save(calibration, setup.calibration)
         except (TwbrError, OSError) as error:
             response.success, response.message = False, str(error)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, Temperature
 
 from ..checks.finding import sentences
 from ..checks.live import LiveChecks
@@ -21,7 +21,7 @@ from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream
 from ..streams.device.stamping import Stamping
 from ..streams.guarded import StampedSamples
-from ..streams.messages import ImuEncoder, decode_raw_imu
+from ..streams.messages import ImuEncoder, decode_raw_imu, decode_temperature
 from ..streams.wheels import WheelDecoder
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
@@ -69,7 +69,9 @@ class CorrectionNode(GuardedNode):
             setup.current, inputs.wheel_wait, KEPT_SAMPLES, inputs.loop_period, self._checks
         )
         self._setup, self._listener = setup, listener
-        self._calibration = CalibrationService(self, lambda: setup.current, self._recent)
+        self._calibration = CalibrationService(
+            self, lambda: setup.current, self._recent, lambda: self._stream.temperature
+        )
         self._wheels = WheelDecoder(*self.wheel_joints, inputs.wheel_gear_ratio, inputs.stamps)
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._unreadable = 0
@@ -83,6 +85,7 @@ class CorrectionNode(GuardedNode):
         self._publisher = self.create_publisher(
             Imu, "imu/data_corrected", published(), qos_overriding_options=overridable()
         )
+        listen(self, Temperature, "imu/temperature", self._on_temperature)
         if subscribe:
             listen(self, Imu, "imu/data_raw", self._on_imu)
             listen(self, JointState, "joint_states", self._on_joints)
@@ -106,6 +109,12 @@ class CorrectionNode(GuardedNode):
             self._unreadable += 1
             return
         self.take_imu(self._stamping.stamp(stamp, self._clock_now()), values)
+
+    def _on_temperature(self, data: bytes) -> None:
+        try:
+            self._stream.add_temperature(decode_temperature(data))
+        except MessageError:
+            self._unreadable += 1
 
     def _on_joints(self, data: bytes) -> None:
         try:
@@ -133,6 +142,14 @@ class CorrectionNode(GuardedNode):
             values = imu_values(sample, sample.angle, sample.angle_variance, sample.gyro_y)
             self._publisher.publish(self._encoder.encode(stamp, values))
 
+    def _warmth(self) -> dict[str, object]:
+        """Return the temperature that the gyro biases are taken at, where they depend on it."""
+        slope = self._setup.current.calibration.gyro_bias_slope
+        if not any(slope):
+            return {}
+        known = self._stream.temperature
+        return {"bias_temperature_degC": "not known" if known is None else known}
+
     def _recent(self) -> list[Sample]:
         return list(self._stream.recent) if self._watchdog.fresh else []
 
@@ -144,6 +161,7 @@ class CorrectionNode(GuardedNode):
         stream = self._stream
         values: dict[str, object] = {
             "calibrated": self._calibration.calibrated,
+            **self._warmth(),
             **stream.counts,
             **{f"imu_{name}": count for name, count in stream.imu_guard.counts.items()},
             **{f"wheel_{name}": count for name, count in stream.wheel_guard.counts.items()},

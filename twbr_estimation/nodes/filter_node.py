@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, Temperature
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -64,6 +64,7 @@ class FilterNode(GuardedNode):
         }
         self._trusted, self._lost = True, 0
         self._subscribes, self._joints, self._motors = subscribe, None, None
+        self._temperature: Any = None
         self.pass_motors = self._input.add_motors
         """Who gets the motor commands; a correction in the same process where there is one."""
         if subscribe:
@@ -78,6 +79,8 @@ class FilterNode(GuardedNode):
         self._input.paired = self._stream.uses_wheels or self._stream.uses_motors
         if self._subscribes and self._joints is None and self._input.needs_wheels:
             self._joints = listen(self, JointState, "joint_states", self._on_joints)
+        if self._subscribes and self._temperature is None and self._input.raw:
+            self._temperature = listen(self, Temperature, "imu/temperature", self._on_temperature)
         if self._motors is None and self._stream.uses_motors:
             self._motors = listen(self, Float64MultiArray, "motor/command", self._on_motors)
 
@@ -108,6 +111,12 @@ class FilterNode(GuardedNode):
             return
         for stamp, sample in ready:
             self.take(stamp, sample)
+
+    def _on_temperature(self, data: bytes) -> None:
+        try:
+            self._input.add_temperature(data)
+        except MessageError:
+            self._counts["unreadable_messages"] += 1
 
     def _on_motors(self, data: bytes) -> None:
         try:

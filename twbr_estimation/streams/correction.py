@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter, deque
+from dataclasses import replace
 
 from ..checks.live import LiveChecks
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT
+from ..pipeline.warmth import at_temperature
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample, is_saturated
 from .guarded import UNKNOWN_TIME, GuardedPairing, StampedSamples
 from .stamps import Verdict
+
+COLDEST, HOTTEST = -60.0, 150.0
+"""Temperatures that are believed [degC]."""
 
 
 class CorrectionStream(GuardedPairing):
@@ -47,15 +52,33 @@ class CorrectionStream(GuardedPairing):
         """The latest raw samples, for a calibration."""
         self._corrector = Corrector(setup)
         self._oversampler = Oversampler(loop_period)
+        self.temperature: float | None = None
+        """The IMU's temperature [degC], where it comes."""
         self._started = self._restarted = False
         self._checks = checks
         self.configure(setup)
 
     def configure(self, setup: Setup) -> None:
         """Use another setup from the next sample on; the past stays."""
-        self._corrector.reconfigure(setup)
+        self._setup = setup
+        self._corrector.reconfigure(self._warm(setup))
         if self._checks is not None:
             self._checks.configure(setup)
+
+    def add_temperature(self, temperature: float) -> None:
+        """Take the IMU's temperature [degC]; one that no chip survives is left out."""
+        if not COLDEST < temperature < HOTTEST:
+            self.counts["bad_temperatures"] += 1
+            return
+        self.temperature = temperature
+        if any(self._setup.calibration.gyro_bias_slope):
+            self._corrector.reconfigure(self._warm(self._setup))
+
+    def _warm(self, setup: Setup) -> Setup:
+        """Return the setup at the temperature that came last."""
+        if self.temperature is None:
+            return setup
+        return replace(setup, calibration=at_temperature(setup.calibration, self.temperature))
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> StampedSamples:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2]; return what is ready."""
@@ -89,8 +112,7 @@ class CorrectionStream(GuardedPairing):
 
     def _completed(self, paired: list[tuple[int, Sample]]) -> StampedSamples:
         combined = (
-            (stamp, self._oversampler.add(self._correct(stamp, sample)))
-            for stamp, sample in paired
+            (stamp, self._oversampler.add(self._correct(stamp, sample))) for stamp, sample in paired
         )
         return [(stamp, sample) for stamp, sample in combined if sample is not None]
 

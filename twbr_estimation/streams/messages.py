@@ -251,6 +251,21 @@ def decode_float64(data: bytes) -> float:
     return value
 
 
+def decode_temperature(data: bytes) -> float:
+    """Return the temperature [degC] of a serialised `sensor_msgs/Temperature`.
+
+    Raises:
+        MessageError: not a Temperature in little-endian XCDR version 1.
+    """
+    try:
+        length = _read_stamp(data, _STAMP)[2]
+        value = float(_DOUBLE.unpack_from(data, _aligned(_FRAME + 4 + length, 8))[0])
+    except struct.error as error:
+        raise MessageError(f"a Temperature of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    return value
+
+
 def encode_float64(value: float) -> bytes:
     """Return a serialised `std_msgs/Float64`."""
     return _FLOAT64.pack(0x00000100, value)
@@ -284,3 +299,4 @@ def _strings(data: bytes, offset: int) -> tuple[list[str], int]:
 
 
 _FLOAT64 = struct.Struct("<Id")
+_DOUBLE = struct.Struct("<d")

@@ -14,7 +14,7 @@ from .correction import CorrectionStream
 from .device.stamping import Stamping
 from .guarded import StampedSamples
 from .inputs import InputSettings
-from .messages import decode_imu
+from .messages import decode_imu, decode_temperature
 from .wheels import WheelDecoder
 
 SWITCH_AFTER = 10
@@ -67,6 +67,14 @@ class TiltInput:
     def configure(self, setup: Setup) -> None:
         """Correct raw messages with another setup from the next one on."""
         self._correction.configure(setup)
+
+    def add_temperature(self, data: bytes) -> None:
+        """Take a serialised Temperature of the IMU, for raw messages.
+
+        Raises:
+            MessageError: the message cannot be read.
+        """
+        self._correction.add_temperature(decode_temperature(data))
 
     def add_imu(self, data: bytes, now: int = 0) -> StampedSamples:
         """Take a serialised Imu at `now` [ns]; return the samples that are ready.
