@@ -16,6 +16,7 @@ from ..checks.finding import Severity, worst
 from ..checks.table import from_json, print_findings
 from ..scoring.table import write_json
 from .arguments import add_recordings, add_settings, topic_names
+from .frames import add_frames, frames_of
 from .main import INTERRUPTED
 from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
 
@@ -31,6 +32,7 @@ def add_parser(subparsers: Any) -> None:
     )
     add_recordings(parser, many=True)
     add_settings(parser)
+    add_frames(parser, recorded=True)
     add_many(parser)
     parser.add_argument("--json", metavar="FILE", help="also write the findings; - for stdout")
     parser.set_defaults(run=run)
@@ -40,7 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Check, print a table for each recording, and return 1 where something fails."""
     places = recordings_at(arguments.bags)
     console = Console(stderr=arguments.json == "-")
-    job = Checking(topic_names(arguments), arguments.config, arguments.preset)
+    frames = frames_of(arguments)
+    job = Checking(topic_names(arguments), arguments.config, arguments.preset, frames)
     failures: Sequence[Failure] = ()
     if is_single(arguments, places):
         path = Path(places[0])

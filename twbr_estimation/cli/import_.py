@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from ..checks.finding import noteworthy
 from ..imports import ImportOptions, formats, load, write_import
 from ..robot import CorrectionSettings, Setup
 from .arguments import in_flags
+from .frames import add_frames, frames_of
 
 
 def add_parser(subparsers: Any) -> None:
@@ -35,6 +37,7 @@ def add_parser(subparsers: Any) -> None:
         default="y",
         help="tilt axis (broad); default: y",
     )
+    add_frames(parser, recorded=False)
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="BAG")
     parser.add_argument("--overwrite", action="store_true", help="replace an existing recording")
     parser.set_defaults(run=run)
@@ -44,6 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Import, write, and print a summary."""
     options = ImportOptions(arguments.columns, arguments.axis)
     log = load(arguments.file, arguments.format, options)
+    if (frames := frames_of(arguments)) is not None:
+        log = replace(log, robot=frames.robot(log.robot))
     write_import(arguments.output, log, arguments.overwrite)
     console = Console()
     recording = log.recording

@@ -28,6 +28,7 @@ from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
 from .inputs import IMU_FRAME, declare_inputs, listen
+from .mounting import MountingFromFrames
 from .parameters import NodeParameters, declare
 from .qos import overridable, published
 from .spin import run
@@ -69,6 +70,7 @@ class CorrectionNode(GuardedNode):
             setup.current, inputs.wheel_wait, KEPT_SAMPLES, inputs.loop_period, self._checks
         )
         self._setup, self._listener = setup, listener
+        self._mounting = MountingFromFrames(self, lambda: setup.current.robot)
         self._calibration = CalibrationService(
             self, lambda: setup.current, self._recent, lambda: self._stream.temperature
         )
@@ -181,8 +183,8 @@ class CorrectionNode(GuardedNode):
             text = "no wheel readings: their terms are left out"
             return Report(Level.WARN, f"{text}; {stamps}" if stamps else text, values)
         found = sentences(self._checks.look(time.monotonic()))
-        if stamps or found:
-            return Report(Level.WARN, "; ".join(filter(None, (stamps, found))), values)
+        if problems := "; ".join(filter(None, (stamps, self._mounting.problem, found))):
+            return Report(Level.WARN, problems, values)
         if self._wheels.rates.messages:
             return Report(Level.OK, "correcting; wheel angles integrated from velocities", values)
         return Report(Level.OK, "correcting", values)
