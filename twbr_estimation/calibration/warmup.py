@@ -44,7 +44,7 @@ def calibrate_warmup(recording: Recording, setup: Setup) -> Findings:
     times, means = _means(recording, temperature)
     middle = float(means[:, 3].mean())
     warm = means[:, 3] - middle
-    blocks = np.arange(times.size) * BLOCKS // times.size
+    blocks = np.floor(np.arange(times.size) * (BLOCKS / times.size))
     design = np.column_stack([np.ones_like(warm), warm])
     fits = [regress(design, means[:, axis], blocks) for axis in range(3)]
     slopes = np.array([fit.values[1] for fit in fits])
