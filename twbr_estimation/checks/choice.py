@@ -18,7 +18,7 @@ UNLIKE = 1.5
 """Two wheels whose accelerations differ by more than this factor are not both wrong alike."""
 NEAR = 1.35
 """Two causes that leave the same within this factor cannot be told apart."""
-_CONTRADICTED = 2.0  # what a cause leaves counts this many times where other data speak against it
+_CONTRADICTED = 2.5  # what a cause leaves counts this many times where other data speak against it
 _RARER = 1.3  # the same of a fault that imitates a simpler one
 _UNUSUAL = 1.5  # the same of a factor that is no unit's
 _TIE = 1.1
@@ -58,7 +58,11 @@ def likeliest(
     least, best = weighed[0]
     if delayed.left(most) < CLEARLY * least:
         return Choice(delayed, None, delayed.left(most))
-    near = (each for left, each in weighed if left < NEAR * least)
+    near = (
+        each
+        for left, each in weighed
+        if left < NEAR * least and _weight(each, known, alike, robot) < _CONTRADICTED
+    )
     other = next((each for each in near if _kind(each) != _kind(best)), None)
     return Choice(best, other, best.left(most))
 

@@ -96,7 +96,8 @@ def _backward_or_turned(cause: Cause, robot: Robot) -> Finding:
 
 def _turned_mounting(robot: Robot, angle: float) -> tuple[float, float, float]:
     roll, pitch, yaw = robot.mounting
-    return roll, pitch, math.remainder(yaw + angle, 2.0 * math.pi)
+    turned = round(math.remainder(yaw + angle, 2.0 * math.pi), 6)
+    return roll, pitch, turned + 0.0  # no -0
 
 
 def _shown(mounting: tuple[float, float, float]) -> str:

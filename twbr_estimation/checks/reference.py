@@ -160,6 +160,8 @@ def _contradiction(text: str, gain: float, others: Sequence[Finding]) -> Finding
     motion = [each for each in others if each.check == "motion"]
     if any(each.subject == "gyro" and each.severity is Severity.FAIL for each in others):
         advice = "the gyro is wrong, see there"
+    elif any(each.check == "mounting" for each in others):
+        advice = "the IMU's mounting is wrong, see there"
     elif any(each.severity is Severity.PASS for each in motion):
         advice = (
             "the gyro agrees with wheels and accelerometer, so the reference has the wrong sign, "
