@@ -21,6 +21,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from rows import row
+
 from twbr_estimation.cli.simulate import write_simulated
 from twbr_estimation.simulation import simulate
 
@@ -130,13 +132,14 @@ def report(quarter: Run, one: Run, two: Run, repeated: Run, many: Run | None) ->
     print(f"many recordings, {len(one.figures)} parts (recordings x filters):")
     print(f"  one process {one.clock:.1f} s, {one.cpu:.1f} s of CPU, {one.memory:.0f} MB")
     print(f"  two processes {two.clock:.1f} s, {two.cpu:.1f} s of CPU with their parent")
-    print(f"  efficiency by CPU {efficiency:.2f} (required {EFFICIENCY:g}), by the clock ", end="")
-    print(f"{one.clock / (2.0 * two.clock):.2f}")
     print(f"  repeated: {repeated.cpu:.1f} s of CPU")
-    print(f"  memory with four times the recordings: ratio {growth:.2f} (required {GROWTH:g})")
     said = "left out" if many is None else f"{many.clock:.1f} s"
     print(f"  cluster, a worker killed and the scheduler restarted: {said}")
-    print(f"  figures of all runs {'equal to the bit' if same else 'DIFFER'}")
+    by_clock = one.clock / (2.0 * two.clock)
+    found = f"{efficiency:.2f} by CPU time, {by_clock:.2f} by the clock"
+    row("efficiency of two workers", found, f"{EFFICIENCY:g}")
+    row("memory with four times the recordings", f"x {growth:.2f}", f"x {GROWTH:g} at most")
+    row("figures with one, two, and a cluster's workers", "equal" if same else "DIFFER", "equal")
     return 0 if same and efficiency >= EFFICIENCY and growth <= GROWTH else 1
 
 

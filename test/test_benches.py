@@ -64,3 +64,15 @@ def test_a_failed_bench_fails_the_whole_after_the_others_ran(tmp_path: Path, pro
     result = run(tmp_path)
     assert result.returncode == 1
     assert "measured" in result.stdout and "failed: bench_a" in result.stdout
+
+
+def test_rows_of_all_benches_are_one_table_at_the_end(tmp_path: Path) -> None:
+    (tmp_path / "rows.py").write_text((ROOT / "bench" / "rows.py").read_text())
+    for name in "ab":
+        program = f"from rows import row\nrow('speed of {name}', '3 s', '4 s')\nprint('and more')\n"
+        (tmp_path / f"bench_{name}.py").write_text(program)
+    result = run(tmp_path)
+    assert result.returncode == 0
+    table = "| measure | found | required |\n|---|---|---|\n"
+    lines = "".join(f"| speed of {name} | 3 s | 4 s |\n" for name in "ab")
+    assert result.stdout.endswith(table + lines)

@@ -8,13 +8,17 @@ exit status than 0 counts as a failure. The exit status is 1 where a bench faile
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent.parent / "bench"
 OWN = "twbr_estimation"
+TABLE = "TWBR_BENCH_TABLE"
+"""Environment variable with the file to which benches append rows of the table at the end."""
 MISSING = re.compile(r"^ModuleNotFoundError: No module named '([\w.]+)'$", re.MULTILINE)
 
 
@@ -40,13 +44,17 @@ def run(bench: Path) -> tuple[int, str]:
 def main(folder: Path = FOLDER) -> int:
     """Run `bench_*.py` of a folder in alphabetical order."""
     left_out, failed = [], []
-    for bench in sorted(folder.glob("bench_*.py")):
-        print(f"\n== {bench.stem}", flush=True)
-        status, errors = run(bench)
-        if status and (package := missing_package(errors, folder)):
-            left_out.append(f"{bench.stem}: needs the package {package}")
-        elif status:
-            failed.append(f"{bench.stem}: exit status {status}")
+    with tempfile.NamedTemporaryFile("r", encoding="utf-8") as rows:
+        os.environ[TABLE] = rows.name
+        for bench in sorted(folder.glob("bench_*.py")):
+            print(f"\n== {bench.stem}", flush=True)
+            status, errors = run(bench)
+            if status and (package := missing_package(errors, folder)):
+                left_out.append(f"{bench.stem}: needs the package {package}")
+            elif status:
+                failed.append(f"{bench.stem}: exit status {status}")
+        if lines := rows.read():
+            print(f"\n| measure | found | required |\n|---|---|---|\n{lines}", end="")
     for title, found in (("left out", left_out), ("failed", failed)):
         for text in found:
             print(f"{title}: {text}")
