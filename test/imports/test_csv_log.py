@@ -131,3 +131,41 @@ def test_a_missing_file_and_format_are_named(tmp_path: Path) -> None:
         load(tmp_path / "none.csv", "csv")
     with pytest.raises(TwbrError, match="broad, csv, mpu6050-static, uiuc"):
         load(tmp_path / "none.csv", "xml")
+
+
+ROWS = [f"{10 * each},1.5,2,3,4,5,9.75" for each in range(5)]
+LOG = "\n".join(["t,gx,gy,gz,ax,ay,az", *ROWS])
+IN_MS = MINIMAL + "units: {time: ms}\n"
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        LOG.replace(",", ";").replace(".", ","),
+        LOG.replace(",", "\t").replace(".", ","),
+        "sep=,\n" + LOG,
+        "sep=|\n" + LOG.replace(",", "|"),
+        "# logger 1.2, ready\n# 500 Hz\n" + LOG,
+        "# " + LOG,
+        "%" + LOG.replace("\n20,", "\n% pause\n20,"),
+        LOG.replace("\n20,", "\n// pause\n20,"),
+        LOG.replace("\n20,", "\n\ufeff20,"),
+    ],
+)
+def test_spreadsheets_and_comments_change_no_number(tmp_path: Path, log: str) -> None:
+    recording = imported(tmp_path, log, IN_MS).recording
+    assert recording.imu.stamps.size == 5 and recording.repairs == {}
+    np.testing.assert_array_equal(recording.imu.gyro[:, 0], 1.5)
+    np.testing.assert_array_equal(recording.imu.accel[:, 2], 9.75)
+    assert np.diff(recording.imu.stamps).tolist() == [10_000_000] * 4
+
+
+@pytest.mark.parametrize("day", ["2024-05-01", "1.5.2024", "01.05.2024"])
+def test_date_and_time_may_be_two_columns(tmp_path: Path, day: str) -> None:
+    rows = [f"{day},23:59:59.{each:03d},1,2,3,4,5,6" for each in (980, 990)]
+    rows += ["2024-05-02,00:00:00.000,1,2,3,4,5,6"]
+    log = "\n".join(["day,clock,gx,gy,gz,ax,ay,az", *rows])
+    description = MINIMAL.replace("time: t", "time: [day, clock]")
+    recording = imported(tmp_path, log, description).recording
+    assert np.diff(recording.imu.stamps) == pytest.approx([10_000_000] * 2, abs=1000)
+    assert recording.imu.stamps[0] == pytest.approx(1_714_607_999_980_000_000, abs=1000)

@@ -1,7 +1,7 @@
 """The YAML file that describes the columns of a comma-separated log.
 
     columns:                    # names of the header row, or numbers counted from 0
-      time: t_us
+      time: t_us                # or two, [date, time]
       gyro: [gx, gy, gz]        # sensor axes x, y, z; null for an axis that was not logged
       accel: [ax, ay, az]
       wheels: [left, right]     # or one; optional, positive rolling forward
@@ -31,7 +31,7 @@
     wheel_wrap: 65536           # the same for the wheels' counts
     encoding: utf-16            # found where not given
     delimiter: ","              # found among , ; and tab where not given; " " is any blank
-    decimal: "."                # "," in logs of spreadsheets that write 0,5
+    decimal: "."                # "," in logs of spreadsheets that write 0,5; found if not given
     header: true
     skip_rows: 0
     robot: {wheel_radius: 0.034, encoder_placement: body}   # fields of `Robot`; optional
@@ -113,8 +113,10 @@ class Description:
     encoding: str | None = None
     delimiter: str | None = None
     """None where it is to be found."""
-    decimal: str = "."
-    """Sign between a number's whole part and its fraction."""
+    decimal: str | None = None
+    """Sign between a number's whole part and its fraction; None where it is to be found."""
+    date: Column | None = None
+    """Column of the date where it is apart from the time's."""
     has_header: bool = True
     skip_rows: int = 0
     robot: Robot = field(default_factory=Robot)
@@ -122,7 +124,7 @@ class Description:
     @property
     def fields(self) -> int:
         """Number of fields a row needs for the columns that are given by number."""
-        time = () if self.time is None else (self.time,)
+        time = tuple(each for each in (self.date, self.time) if each is not None)
         several = (self.imu, self.wheels, self.wheel_speeds, self.motors, self.reference)
         columns = [*time, *(column for each in several for column in each), *self.temperature]
         return 1 + max((each.name for each in columns if isinstance(each.name, int)), default=-1)
@@ -171,8 +173,9 @@ class _Reader:
         speeds = self._columns("wheel_speeds", 1, 2)
         if speeds and "wheels" in content["columns"]:
             raise ConfigurationError("columns: wheels and wheel_speeds exclude each other")
+        when = () if rate else self._columns("time", 1, 2)
         return Description(
-            time=None if rate else self._columns("time", 1, 1)[0],
+            time=when[-1] if when else None,
             imu=(*self._columns("gyro", 3, 3), *self._columns("accel", 3, 3)),
             wheels=self._columns("wheels", 1, 2),
             wheel_speeds=speeds,
@@ -187,7 +190,8 @@ class _Reader:
             wheel_wrap=self._number(content.get("wheel_wrap", 0.0), "wheel_wrap", least=0.0),
             encoding=_encoding(content.get("encoding")),
             delimiter=self._character("delimiter", None),
-            decimal=self._character("decimal", ".") or ".",
+            decimal=self._character("decimal", None),
+            date=when[0] if len(when) > 1 else None,
             has_header=bool(content.get("header", True)),
             skip_rows=int(self._number(content.get("skip_rows", 0), "skip_rows", least=0.0)),
             robot=_robot(content.get("robot", {})),

@@ -119,6 +119,7 @@ class _Table:
         self.path, self.description, self.repairs = path, description, repairs
         text = read_rows(path, description)
         self.names, self.rows, self.arrivals = text.names, text.rows, text.arrivals
+        self.decimal = text.decimal
         self.provenance: dict[str, str] = {}
         if self.arrivals:
             what = f"times of a serial monitor before each line, the first {self.arrivals[0]}"
@@ -150,6 +151,8 @@ class _Table:
         if column is None:
             return np.arange(count) / self.description.rate, False
         texts = self._texts(column)
+        if (date := self.description.date) is not None:
+            texts = [f"{day} {time}" for day, time in zip(self._texts(date), texts, strict=True)]
         found = clock_seconds(texts)
         if found is None:
             numbers = np.fromiter(map(_number, texts), dtype=np.float64, count=count)
@@ -218,8 +221,8 @@ class _Table:
             return self.arrivals
         place = self._place(column)
         texts = [row[place] if len(row) > place else "" for row in self.rows]
-        if self.description.decimal != ".":
-            texts = [text.replace(self.description.decimal, ".") for text in texts]
+        if self.decimal != ".":
+            texts = [text.replace(self.decimal, ".") for text in texts]
         return texts
 
     def _values(self, column: Column) -> FloatArray:

@@ -27,6 +27,11 @@ _SAMPLE = 1 << 14
 """Bytes or characters from which encoding and delimiter are found."""
 _USUAL_SHARE = 0.2
 """Shorter rows that are at least this share of a log are meant so."""
+COMMENTS = ("#", "%", "//")
+"""What a line begins with that is no row."""
+_FEW = 200  # rows from which the decimal sign is found
+_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"\s*[\"']?[+-]?\d")
 MONITOR = re.compile(r"^\s*(\d{1,2}:\d{2}:\d{2}(?:\.\d+)?)\s*->\s*")
 """The time that a serial monitor puts before each line."""
 
@@ -44,6 +49,8 @@ class Text:
     """Time that a serial monitor put before each row; none without such times."""
     dropped: int
     """Rows with another number of fields than the rest."""
+    decimal: str = "."
+    """Sign between a number's whole part and its fraction."""
 
 
 def read_rows(path: Path, description: Description) -> Text:
@@ -54,9 +61,12 @@ def read_rows(path: Path, description: Description) -> Text:
     """
     content = read_bytes(path, SIZE_LIMIT, RecordingError)
     text = _decoded(path, content, description.encoding)
-    lines = [line for line in text.replace("\0", "").splitlines() if line.strip(" \t,;")]
-    lines, arrivals = _without_monitor(lines[description.skip_rows :])
-    delimiter = description.delimiter or _delimiter(lines, description.decimal)
+    text = text.replace("\0", "").replace("\ufeff", "")
+    lines = [line for line in text.splitlines() if line.strip(" \t,;")]
+    lines, told = _without_separator_line(lines[description.skip_rows :])
+    lines = _without_comments(lines, description.has_header)
+    lines, arrivals = _without_monitor(lines)
+    delimiter = description.delimiter or told or _delimiter(lines, description.decimal or ".")
     try:
         rows = _split(lines, delimiter)
     except csv.Error as error:
@@ -69,7 +79,30 @@ def read_rows(path: Path, description: Description) -> Text:
     fields = len(names) or description.fields
     if arrivals and 2 * sum(len(row) == fields - 1 for row in rows) > len(rows):
         rows = [[arrival, *row] for arrival, row in zip(arrivals, rows, strict=True)]
-    return _of_one_length(names, rows, arrivals)
+    return _of_one_length(names, rows, arrivals, description.decimal or _decimal(rows, delimiter))
+
+
+def _without_separator_line(lines: list[str]) -> tuple[list[str], str | None]:
+    """Return the lines without the `sep=;` of spreadsheets, and the sign it names."""
+    found = re.fullmatch(r"sep=(.)", lines[0].strip("\r\n")) if lines else None
+    return (lines[1:], found[1]) if found else (lines, None)
+
+
+def _without_comments(lines: list[str], has_header: bool) -> list[str]:
+    """Return the lines without comments; one that stands for the header keeps its names."""
+    marked = [line.lstrip().startswith(COMMENTS) for line in lines]
+    kept = [line for line, comment in zip(lines, marked, strict=True) if not comment]
+    if has_header and kept and marked[0] and _NUMBER.match(kept[0]):
+        last = lines[marked.index(False) - 1]
+        return [last.lstrip().lstrip("#%/ "), *kept]
+    return kept
+
+
+def _decimal(rows: Rows, delimiter: str) -> str:
+    """Return "," where numbers have a comma and never a point, else "."."""
+    fields = [field for row in rows[:_FEW] for field in row]
+    commas = sum(_COMMA.fullmatch(field.strip()) is not None for field in fields)
+    return "," if delimiter != "," and commas and not any("." in each for each in fields) else "."
 
 
 def _decoded(path: Path, content: bytes, encoding: str | None) -> str:
@@ -123,7 +156,7 @@ def _split(lines: list[str], delimiter: str) -> Rows:
     return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
 
 
-def _of_one_length(names: list[str], rows: Rows, arrivals: list[str]) -> Text:
+def _of_one_length(names: list[str], rows: Rows, arrivals: list[str], decimal: str) -> Text:
     """Drop rows that lost or gained fields; empty ones at the end do not count."""
     lengths = [len(row) for row in rows]
     counts = Counter(lengths)
@@ -139,4 +172,5 @@ def _of_one_length(names: list[str], rows: Rows, arrivals: list[str]) -> Text:
         [row for row, keep in zip(rows, good, strict=True) if keep],
         [each for each, keep in zip(arrivals, good, strict=True) if keep] if arrivals else [],
         good.count(False),
+        decimal,
     )

@@ -43,6 +43,7 @@ def clock_seconds(texts: Sequence[str]) -> tuple[FloatArray, str] | None:
 def _date(text: str) -> float:
     """Return the seconds since 1970 of an ISO 8601 date with time; NaN for anything else."""
     tidy = text.strip().replace(",", ".").replace("/", "-")
+    tidy = re.sub(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})", r"\3-\2-\1", tidy)
     if tidy.endswith(("Z", "z")):
         tidy = f"{tidy[:-1]}+00:00"
     match = re.match(r"(\d{4}-\d{1,2}-\d{1,2})[T ](\d{1,2}:\d{2}(?::\d{2})?)(\.\d+)?(.*)$", tidy)

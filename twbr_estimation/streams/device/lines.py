@@ -102,7 +102,7 @@ class LineDecoder:
             assert self._names is not None
             index = self._names.index(index)
         try:
-            number = float(fields[index].replace(self._description.decimal, "."))
+            number = float(fields[index].replace(self._description.decimal or ".", "."))
         except (ValueError, IndexError):
             raise FrameError(f"column {column.name} of a line is no number") from None
         if not math.isfinite(number):
