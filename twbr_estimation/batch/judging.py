@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..filters.base import Filter
 from ..pipeline.validity import VALID_STDDEV, begin, watch
 from ..pipeline.watched_filter import SELF_JUDGED
@@ -17,9 +20,6 @@ def trusted_share(
 ) -> float:
     """Return the share of estimates that a live stream would call valid.
 
-    A recording's filter is not restarted, unlike a live one, so a filter that has diverged
-    stays invalid until it converges again.
-
     Args:
         entry: the filter.
         corrected: n corrected samples.
@@ -29,7 +29,22 @@ def trusted_share(
     Returns:
         From 0 to 1; nan without samples.
     """
-    found, trusted, judge = None, 0, entry.name in SELF_JUDGED
+    found = trusted(entry, corrected, track, valid_stddev)
+    return float(np.mean(found)) if found.size else float("nan")
+
+
+def trusted(
+    entry: Filter,
+    corrected: CorrectedTrack,
+    track: EstimateTrack,
+    valid_stddev: float = VALID_STDDEV,
+) -> NDArray[np.bool_]:
+    """Return which estimates a live stream would call valid, (n,).
+
+    A recording's filter is not restarted, unlike a live one, so a filter that has diverged
+    stays invalid until it converges again. Arguments as for `trusted_share`.
+    """
+    found, judge, valid = None, entry.name in SELF_JUDGED, []
     estimates = track.columns.T.tolist()
     for column, values in zip(corrected.columns.T.tolist(), estimates, strict=True):
         sample, estimate = CorrectedSample(*column), TiltEstimate(*values)
@@ -38,5 +53,5 @@ def trusted_share(
         else:
             found = watch(found, sample, estimate, valid_stddev, judge)
         own = estimate.tilt_variance <= valid_stddev * valid_stddev
-        trusted += found.trusted > 0.0 and own
-    return trusted / len(estimates) if estimates else float("nan")
+        valid.append(found.trusted > 0.0 and own)
+    return np.array(valid, dtype=bool)
