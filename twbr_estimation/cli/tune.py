@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,11 @@ from ..campaign.places import recordings_at
 from ..configuration.files import date_of_now
 from ..errors import ConfigurationError
 from ..filters import filter_named
+from ..tuning.filter import TunedFilter
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
 from ..tuning.tune import Report, TuningRequest, TuningResult, tune, write_tuned
+from ..workers import Workers
 from .arguments import (
     add_comparison,
     add_recordings,
@@ -32,7 +35,7 @@ from .arguments import (
     topic_names,
 )
 from .main import INTERRUPTED
-from .many import add_workers, workers_of
+from .many import add_many, table_of, workers_of
 
 DEFAULT_OUTPUT = "filters.yaml"
 
@@ -94,7 +97,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--overwrite", action="store_true", help="replace an existing file")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the global search")
-    add_workers(parser)
+    add_many(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -106,7 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
     if target.exists() and not arguments.overwrite:
         raise ConfigurationError(f"{target}: exists already; --overwrite replaces it")
     request = _request(arguments)
-    with workers_of(arguments) as workers, lines(console) as line:
+    with (
+        workers_of(arguments) as some,
+        _remembering(arguments, request, some) as workers,
+        lines(console) as line,
+    ):
         result = tune(request, workers, partial(_best, line), partial(_smoothed, line))
     _print(Console(), result)
     if target.exists():
@@ -140,6 +147,23 @@ def shown(console: Console) -> Iterator[Report]:
     """Show the best figure so far of everything that is being tuned."""
     with lines(console) as line:
         yield partial(_best, line)
+
+
+@contextmanager
+def _remembering(
+    arguments: argparse.Namespace, request: TuningRequest, workers: Workers
+) -> Iterator[Workers]:
+    """Give workers that tune no filter again that the table of results holds.
+
+    Without `--results`, one recording is tuned anew each time.
+    """
+    if arguments.results is None and len(request.training) == 1:
+        yield workers
+        return
+    from ..campaign.remembering import Remembering
+
+    with table_of(arguments) as table:
+        yield Remembering(workers, table, "tune", asdict, TunedFilter.of)
 
 
 Line = Callable[[str, str], None]

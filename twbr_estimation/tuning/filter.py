@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,12 @@ class TunedFilter:
     """Of A - KCA, eq. (25), largest first; empty for a filter without matrices."""
     warnings: tuple[str, ...]
     interrupted: bool = False
+
+    @staticmethod
+    def of(data: Mapping[str, Any]) -> TunedFilter:
+        """Return the result whose fields are these, lists in place of tuples."""
+        moduli, warnings = tuple(data["eigenvalue_moduli"]), tuple(data["warnings"])
+        return TunedFilter(**{**data, "eigenvalue_moduli": moduli, "warnings": warnings})
 
     @property
     def judged_mse_deg2(self) -> float:
