@@ -403,3 +403,13 @@ def test_a_track_may_be_of_one_message(tmp_path: Path) -> None:
     recording = read_recording(write_topics(tmp_path / "a.mcap", imu_topic(regular(1))))
     assert recording.imu.stamps.size == 1 and recording.repairs == {}
     assert TiltTrack(recording.imu.stamps, recording.imu.gyro[:, 1]).tilt.shape == (1,)
+
+
+def test_an_orientation_that_was_never_set_is_named(tmp_path: Path) -> None:
+    stamps = regular(10)
+    path = write_topics(tmp_path / "a.mcap", imu_topic(stamps), tilt_topic(stamps, np.zeros(10)))
+    got = read_recording(path, estimators={"dmp": "/imu/dmp"})
+    assert repairs_of(got, "stays at its default with covariance 0") == 10
+    leaning = tilt_topic(stamps, np.r_[0.0, np.full(9, 0.1)])
+    path = write_topics(tmp_path / "b.mcap", imu_topic(stamps), leaning)
+    assert read_recording(path, estimators={"dmp": "/imu/dmp"}).repairs == {}

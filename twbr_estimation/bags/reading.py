@@ -177,6 +177,12 @@ class _Reader:
         cleaner = Cleaner(topic, self.repairs)
         reported = columns.values[:, ORIENTATION_STATED] != UNREPORTED
         columns = cleaner.keep(columns, reported, "messages that report no orientation dropped")
+        # One identity may be a robot upright; nothing else ever is a driver that sets none.
+        default = np.all(columns.values[:, ORIENTATION_COLUMNS] == (0.0, 0.0, 0.0, 1.0), axis=1)
+        default &= columns.values[:, ORIENTATION_STATED] == 0.0
+        if default.size > 1 and default.all():
+            what = "orientation stays at its default with covariance 0: its driver sets none"
+            self.repairs[f"{topic}: {what}"] += default.size
         real = ~np.all(columns.values[:, ORIENTATION_COLUMNS] == 0.0, axis=1)
         columns = cleaner.keep(columns, real, "messages with a zero quaternion dropped")
         within = np.clip(columns.values[:, ORIENTATION_COLUMNS], -2.0, 2.0)
