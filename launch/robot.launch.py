@@ -5,6 +5,7 @@ ros2 launch twbr_estimation robot.launch.py config:=/home/pi/my_robot compare:=a
 ros2 launch twbr_estimation robot.launch.py controller:=lqr
 ros2 launch twbr_estimation robot.launch.py simulated:=true reference:=true
 ros2 launch twbr_estimation robot.launch.py imu_driver:=false encoder_driver:=false
+ros2 launch twbr_estimation robot.launch.py composed:=false
 """
 
 from __future__ import annotations
@@ -60,7 +61,13 @@ ARGUMENTS = (
     argument(
         "reference", "false", "Read a reference encoder and evaluate against it.", switch=True
     ),
-    argument("composed", "false", "One process for all nodes but the evaluation.", switch=True),
+    DeclareLaunchArgument(
+        "composed",
+        default_value="auto",
+        description="One process for drivers, correction, filter and controller, which is what a "
+        "small computer has time for; auto: unless only one of the drivers runs.",
+        choices=["auto", *SWITCH],
+    ),
     argument("namespace", "", "Namespace of nodes and topics."),
     argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
     argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
@@ -84,23 +91,20 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     encoders = [given["encoder_params"], simulated]
     common: dict[str, object] = {"use_sim_time": given["use_sim_time"] == "true"}
     joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
-    if given["composed"] == "true":
+    controller = {"controller": given["controller"]} if given["controller"] else {}
+    composed = one_process(given)
+    if composed:
         files = [*config, given["imu_params"], given["encoder_params"]]
-        chosen["drivers"] = both_drivers(given)
+        chosen |= {"drivers": given["imu_driver"] == "true", "control": bool(controller)}
+        chosen |= controller
         found = [node("estimation_node", [*files, common, joints, simulated, chosen])]
     else:
         found = [
-            *([node("mpu6050_node", [*imu, common])] if given["imu_driver"] == "true" else []),
-            *(
-                [node("encoder_node", [*encoders, common])]
-                if given["encoder_driver"] == "true"
-                else []
-            ),
+            *drivers([*imu, common], [*encoders, common], given),
             node("correction_node", [*config, common, joints]),
             node("filter_node", [*config, common, joints, chosen]),
         ]
-    if given["controller"]:
-        controller = {"controller": given["controller"]}
+    if controller and not composed:
         found.append(node("controller_node", [*config, common, joints, controller]))
     if given["reference"] == "true":
         found.append(node("encoder_node", [*encoders, common], name="reference_encoder_node"))
@@ -108,7 +112,9 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
 
 
-def drivers(imu: list[object], encoders: list[object], given: dict[str, str]) -> list[Node]:
+def drivers(
+    imu: list[object], encoders: list[object], given: dict[str, str]
+) -> list[LaunchDescriptionEntity]:
     """Return the drivers that are to run, with these parameters."""
     wanted = []
     if given["imu_driver"] == "true":
@@ -118,14 +124,14 @@ def drivers(imu: list[object], encoders: list[object], given: dict[str, str]) ->
     return wanted
 
 
-def both_drivers(given: dict[str, str]) -> bool:
-    """Return whether the one process runs the drivers: both of them or none."""
-    drivers = {given["imu_driver"], given["encoder_driver"]}
-    if len(drivers) > 1:
+def one_process(given: dict[str, str]) -> bool:
+    """Return whether all runs in one process, which reads both sensors or none."""
+    one_driver = given["imu_driver"] != given["encoder_driver"]
+    if given["composed"] == "true" and one_driver:
         raise ValueError(
             "composed:=true runs both drivers or none; set imu_driver as encoder_driver"
         )
-    return drivers == {"true"}
+    return given["composed"] != "false" and not one_driver
 
 
 def configuration(folder: str, simulated: bool) -> list[str]:

@@ -52,16 +52,22 @@ def test_every_argument_is_described(path: Path) -> None:
 def test_a_robot_starts_what_is_asked_for() -> None:
     path = FOLDER / "robot.launch.py"
     separate = ["mpu6050_node", "encoder_node", "correction_node", "filter_node"]
-    assert started(path) == separate
-    assert started(path, reference="true") == [*separate, "encoder_node", "evaluator_node"]
+    assert started(path) == ["estimation_node"]
     assert started(path, composed="true", compare="all") == ["estimation_node"]
-    assert started(path, controller="lqr") == [*separate, "controller_node"]
+    assert started(path, controller="lqr") == ["estimation_node"]
+    assert started(path, composed="false") == separate
+    beside = ["encoder_node", "evaluator_node"]
+    assert started(path, reference="true") == ["estimation_node", *beside]
+    assert started(path, reference="true", composed="false") == [*separate, *beside]
+    assert started(path, controller="lqr", composed="false") == [*separate, "controller_node"]
 
 
 def test_a_robot_with_drivers_of_its_own_starts_the_rest() -> None:
     path = FOLDER / "robot.launch.py"
     rest = ["correction_node", "filter_node"]
-    assert started(path, imu_driver="false", encoder_driver="false") == rest
+    none = {"imu_driver": "false", "encoder_driver": "false"}
+    assert started(path, **none) == ["estimation_node"]
+    assert started(path, **none, composed="false") == rest
     assert started(path, imu_driver="false") == ["encoder_node", *rest]
     with pytest.raises(ValueError, match="composed"):
         started(path, imu_driver="false", composed="true")

@@ -11,7 +11,7 @@ import os
 import pickle
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -154,6 +154,28 @@ def _checked(path: Path) -> bytes:
 
 def _digest(name: str, body: bytes) -> bytes:
     return hashlib.sha256(name.encode() + b"\0" + body).digest()
+
+
+def object_code(step: Callable[..., None], sizes: Sequence[int]) -> tuple[bytes, str]:
+    """Compile a step on rows of doubles to an object file that needs no numba to be loaded.
+
+    Args:
+        step: takes one row for each of `sizes`, and changes what they hold.
+        sizes: doubles in each row.
+
+    Returns:
+        The object file, and the name of a function in it that takes a pointer to each row.
+    """
+    _let_compile(step)
+    rows = ", ".join(f"carray(row{index}, {size})" for index, size in enumerate(sizes))
+    pointers = ", ".join(f"row{index}" for index in range(len(sizes)))
+    compiler: Any = numba  # its types leave out what is needed here
+    space: dict[str, Any] = {"__name__": __name__, "step": step, "carray": compiler.carray}
+    exec(f"def entry({pointers}):\n    step({rows})", space)
+    row = compiler.types.CPointer(compiler.types.float64)
+    signature = compiler.types.void(*(row for _ in sizes))
+    function = compiler.cfunc(signature, error_model="numpy")(space["entry"])
+    return function._library.serialize_using_object_code()[2][0], function._wrapper_name
 
 
 def is_ready(loop: Any) -> bool:

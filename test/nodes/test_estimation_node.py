@@ -8,6 +8,7 @@ import numpy as np
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64
 
+from nodes.simulated import SimulatedTopics, upright
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
 from twbr_estimation.filters.base import filter_named
@@ -15,6 +16,7 @@ from twbr_estimation.messages import stamp_of
 from twbr_estimation.nodes.estimation_node import compose
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Robot, Setup
+from twbr_estimation.simulation.robot import SimulatedRobot
 
 
 def test_composed_equals_offline(graph: Any, sensors: Any) -> None:
@@ -55,3 +57,35 @@ def test_missing_devices_leave_the_rest_alive(graph: Any) -> None:
     graph.spin_until(lambda: len(valid) >= 3)
     assert not tilts and not any(each.data for each in valid)
     assert not nodes[3].is_open and "97" in nodes[3].failure
+
+
+def test_a_controller_in_the_process_balances_by_direct_calls(graph: Any) -> None:
+    given = {"control": True, "drivers": False, "use_sim_time": True, "predict": False}
+    lossless = graph.lossless("imu/data_raw", "joint_states", "cmd_vel")
+    nodes = [graph.add(node) for node in compose(**graph.options(**given, **lossless))]
+    controller = next(node for node in nodes if node.get_name() == "controller_node")
+    heard = {each.topic_name for each in controller.subscriptions}
+    assert not heard & {"/tilt", "/tilt/valid", "/imu/data", "/joint_states"}
+    rig = SimulatedRobot("ideal", 5, 0.005, disturbed=False, stay_down=True, command_delay=0.005)
+    rig.place(0.02)
+    robot = SimulatedTopics(graph, rig)
+    graph.settle()
+    assert upright(robot.run(1.0))
+    rig.push(3.0)
+    assert upright(robot.run(2.0))
+    assert controller.report().message == "balancing with pid"
+
+
+def test_an_error_of_that_controller_leaves_the_tilt_alone(graph: Any, sensors: Any) -> None:
+    lossless = graph.lossless("imu/data_raw", "joint_states", published=("tilt",))
+    nodes = [
+        graph.add(node)
+        for node in compose(**graph.options(drivers=False, control=True, **lossless))
+    ]
+    controller = next(node for node in nodes if node.get_name() == "controller_node")
+    controller._take = None  # whatever a defect may do
+    tilts = graph.collect(Float64, "tilt")
+    graph.settle()
+    sensors.play(sensors.drive(50))
+    graph.spin_until(lambda: len(tilts) == 50)
+    assert controller.mishaps.counts["tilt"] == 50

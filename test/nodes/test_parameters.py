@@ -18,6 +18,7 @@ from twbr_estimation.nodes.declarations import (
     named_declarations_of,
     settings_from,
 )
+from twbr_estimation.nodes.filter_parameters import declare_filter_parameters
 from twbr_estimation.nodes.parameters import NodeParameters
 from twbr_estimation.robot import EncoderPlacement, Setup
 
@@ -142,3 +143,26 @@ def test_a_bad_initial_value_is_one_clear_error(
     node = graph.add(Node("subject", **graph.options(**{name: value})))
     with pytest.raises(ConfigurationError, match=reason):
         _setup_parameters(node, [])
+
+
+def test_a_request_is_built_once(graph: Any) -> None:
+    node, built, applied = graph.add(Node("subject", **graph.options())), [0], []
+
+    def build(values: Any) -> Setup:
+        built[0] += 1
+        return settings_from(Setup(), values)
+
+    parameters = NodeParameters(node, declarations_of(Setup()), build, applied.append)
+    built[0] = 0
+    (result,) = node.set_parameters([Parameter("robot.wheel_radius", value=0.06)])
+    assert result.successful and built[0] == 1
+    assert applied == [parameters.current] and parameters.current.robot.wheel_radius == 0.06
+
+
+def test_a_change_builds_only_the_filter_that_it_concerns(graph: Any) -> None:
+    node, applied = graph.add(Node("filter_node", **graph.options())), []
+    before = declare_filter_parameters(node, applied.append).current.filters.parameters
+    (result,) = node.set_parameters([Parameter("kalman.q1", value=2e-5)])
+    after = applied[0].filters.parameters
+    assert result.successful and after["kalman"]["q1"] == 2e-5 != before["kalman"]["q1"]
+    assert [name for name in after if after[name] is not before[name]] == ["kalman"]

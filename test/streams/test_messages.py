@@ -14,6 +14,7 @@ from twbr_estimation.messages import ACCEL, GYRO
 from twbr_estimation.streams.messages import (
     ImuEncoder,
     JointStateEncoder,
+    RawImuEncoder,
     decode_imu,
     decode_motor_command,
     decode_raw_imu,
@@ -136,3 +137,16 @@ def test_a_torn_joint_state_is_refused() -> None:
         with pytest.raises(MessageError):
             decoder.decode(whole[:size])
     assert decoder.decode(whole) is not None
+
+
+def test_raw_imu_is_an_imu_without_orientation() -> None:
+    gyro, accel = (0.1, -0.2, 0.3), (1.0, 2.0, -9.81)
+    values = [0.0] * 37
+    values[3], values[4] = 1.0, -1.0
+    values[13:16], values[25:28] = gyro, accel
+    values[16] = values[20] = values[24] = 4e-6
+    values[28] = values[32] = values[36] = 1e-3
+    for frame in ("imu_link", "body"):
+        encoder = RawImuEncoder(frame, 4e-6, 1e-3)
+        encoder.encode(STAMP - 7, accel, gyro)  # nothing of it stays
+        assert encoder.encode(STAMP, gyro, accel) == ImuEncoder(frame).encode(STAMP, values)

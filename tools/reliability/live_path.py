@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 from twbr_estimation.pipeline.pairing import WheelReading
 from twbr_estimation.robot import Setup
-from twbr_estimation.streams.correction import CorrectionStream, StampedSamples
+from twbr_estimation.streams.correction import CorrectionStream
 from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
 from twbr_estimation.streams.filtering import FilterStream
+from twbr_estimation.streams.guarded import StampedSamples
 
 WRONG = math.radians(5.0)
 """Error from which on a tilt is wrong [rad]."""

@@ -25,7 +25,9 @@ from std_srvs.srv import SetBool
 from ..controllers.base import MotorVoltages
 from ..errors import MessageError
 from ..messages import GYRO, ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
+from ..pipeline.pairing import WheelReading
 from ..pipeline.physical import NOT_FINITE
+from ..samples import TiltEstimate
 from ..streams.control.balance import NO_VOLTAGE, Standing
 from ..streams.control.deadline import Deadline
 from ..streams.control.motors import UNINTERRUPTED, ControlConfiguration, ControlStream
@@ -53,8 +55,13 @@ STOP_TIMEOUT = Duration(nanoseconds=200_000_000)
 class ControllerNode(DeviceNode):
     """Subscribes, steps a `ControlStream`, publishes."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, subscribe: bool = True, **options: Any) -> None:
         """Create the node.
+
+        Args:
+            subscribe: False where an estimation in the same process calls `take_estimate`,
+                `take_valid` and `take_wheels`.
+            options: Options of `rclpy.node.Node`.
 
         Raises:
             ConfigurationError: a parameter that cannot be used.
@@ -72,7 +79,7 @@ class ControllerNode(DeviceNode):
         self._deadline = Deadline(self._longest_silence)
         self._unreadable = self._without_angle = 0
         self._oriented = False
-        self._subscribe()
+        self._subscribe(subscribe)
         options = {"qos_overriding_options": overridable()}
         self._command = self.create_publisher(
             Float64MultiArray, "motor/command", published(), **options
@@ -90,14 +97,17 @@ class ControllerNode(DeviceNode):
             Thread(target=prepare, args=(self._chosen.current,), daemon=True).start()
         self.begin()
 
-    def _subscribe(self) -> None:
-        if self._inputs.input is TiltSource.IMU:
-            listen(self, Imu, "imu/data", self._on_imu)
-        else:
-            listen(self, Float64, "tilt", self._on_tilt)
-        listen(self, JointState, "joint_states", self._on_joints)
-        # Not latched: filter_node repeats it, and another's publisher may not latch.
-        self.create_subscription(Bool, "tilt/valid", self._on_valid, subscribed())
+    def _subscribe(self, to_estimation: bool) -> None:
+        if to_estimation:
+            if self._inputs.input is TiltSource.IMU:
+                listen(self, Imu, "imu/data", self._on_imu)
+            else:
+                listen(self, Float64, "tilt", self._on_tilt)
+            listen(self, JointState, "joint_states", self._on_joints)
+            # Not latched: filter_node repeats it, and another's publisher may not latch.
+            self.create_subscription(
+                Bool, "tilt/valid", lambda message: self.take_valid(message.data), subscribed()
+            )
         stamped = self._inputs.use_stamped_vel
         self._velocities = self.create_subscription(
             TwistStamped if stamped else Twist,
@@ -162,12 +172,12 @@ class ControllerNode(DeviceNode):
         except MessageError:
             self._unreadable += 1
             return
-        self._take(self._clock_now(), tilt, None)
+        self._take(self.clock_now(), tilt, None)
 
     def _take(self, stamp: int, tilt: float, rate: float | None) -> None:
         if not self.is_active:
             return
-        self._arrival, self._arrived = self._clock_now(), time.monotonic()
+        self._arrival, self._arrived = self.clock_now(), time.monotonic()
         leaning = tilt - self._inputs.balance_tilt
         voltages = self._stream.add_tilt(stamp, leaning, rate, self._arrival)
         self._deadline.feed(self._arrived)
@@ -176,25 +186,34 @@ class ControllerNode(DeviceNode):
 
     def _on_joints(self, data: bytes) -> None:
         try:
-            reading = self._wheels.decode(data, self._clock_now())
+            reading = self._wheels.decode(data, self.clock_now())
         except MessageError:
             self._unreadable += 1
             return
         if reading is not None:
             self._stream.add_wheels(reading)
 
-    def _on_valid(self, message: Bool) -> None:
-        self._stream.set_valid(message.data)
+    def take_estimate(self, stamp: int, estimate: TiltEstimate, tilt: float) -> None:
+        """Take what a filter in the same process publishes: stamp [ns], estimate, tilt [rad]."""
+        if self._inputs.input is TiltSource.IMU:
+            self._take(stamp, estimate.tilt, estimate.rate)
+        else:
+            self._take(self.clock_now(), tilt, None)
+
+    def take_wheels(self, reading: WheelReading) -> None:
+        """Take a reading of the wheel encoders."""
+        self._stream.add_wheels(reading)
+
+    def take_valid(self, valid: bool) -> None:
+        """Take whether the tilt can be used."""
+        self._stream.set_valid(valid)
 
     def _on_twist(self, twist: Twist) -> None:
         self._stream.command(self._now(), twist.linear.x, twist.angular.z)
 
-    def _clock_now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
-
     def _now(self) -> int:
         """Return what a tilt that came now would be stamped [ns], whatever clock stamps it."""
-        last, now = self._stream.last_tilt, self._clock_now()
+        last, now = self._stream.last_tilt, self.clock_now()
         if last is None:
             return now
         silent = time.monotonic() - self._arrived

@@ -6,7 +6,7 @@ The orientation of what is published is the angle of Laddach 2022 (13) about +y.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from sensor_msgs.msg import Imu, JointState, Temperature
@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu, JointState, Temperature
 from ..checks.finding import sentences
 from ..checks.live import LiveChecks
 from ..errors import MessageError
-from ..pipeline.pairing import MotorCommand, WheelReading
+from ..pipeline.pairing import MotorCommand, WheelReading, wheel_reading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
 from ..streams.corrected import imu_values
@@ -27,7 +27,7 @@ from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, declare_inputs, listen
+from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen
 from .mounting import MountingFromFrames
 from .parameters import NodeParameters, declare
 from .qos import overridable, published
@@ -77,7 +77,10 @@ class CorrectionNode(GuardedNode):
         self._wheels = WheelDecoder(*self.wheel_joints, inputs.wheel_gear_ratio, inputs.stamps)
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._unreadable = 0
+        self.pass_wheels: Callable[[WheelReading], None] | None = None
+        """Called with each reading of the wheels, for a controller in the same process."""
         self._connect(subscribe)
+        self._code = MachineCode(self, lambda steps: self._stream.use(steps.correction()))
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._diagnostics = Diagnostics(self, self._report)
 
@@ -98,7 +101,15 @@ class CorrectionNode(GuardedNode):
 
     def take_wheels(self, reading: WheelReading) -> None:
         """Take a reading of the wheel encoders."""
+        if self.pass_wheels is not None:
+            self.pass_wheels(reading)
         self._take(self._stream.add_wheels(reading))
+
+    def take_joints(self, stamp: int, angles: Mapping[str, float]) -> None:
+        """Take angles [rad] by joint, stamped `stamp` [ns]; joints that are no wheels are left."""
+        found = [angles[name] for name in self.wheel_joints if name in angles]
+        if found:
+            self.take_wheels(wheel_reading(stamp, found))
 
     def take_motors(self, command: MotorCommand) -> None:
         """Take a command to the motors, for a filter in the same process."""
@@ -110,7 +121,7 @@ class CorrectionNode(GuardedNode):
         except MessageError:
             self._unreadable += 1
             return
-        self.take_imu(self._stamping.stamp(stamp, self._clock_now()), values)
+        self.take_imu(self._stamping.stamp(stamp, self.clock_now()), values)
 
     def _on_temperature(self, data: bytes) -> None:
         try:
@@ -120,15 +131,12 @@ class CorrectionNode(GuardedNode):
 
     def _on_joints(self, data: bytes) -> None:
         try:
-            reading = self._wheels.decode(data, self._clock_now())
+            reading = self._wheels.decode(data, self.clock_now())
         except MessageError:
             self._unreadable += 1
             return
         if reading is not None:
             self.take_wheels(reading)
-
-    def _clock_now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
 
     def _take(self, corrected: StampedSamples) -> None:
         if corrected:
@@ -156,6 +164,7 @@ class CorrectionNode(GuardedNode):
         return list(self._stream.recent) if self._watchdog.fresh else []
 
     def _tick(self) -> None:
+        self._code.look()
         if not self._watchdog.fresh:
             self._publish(self._stream.flush())
 
@@ -171,7 +180,7 @@ class CorrectionNode(GuardedNode):
             **{f"imu_{name}": count for name, count in self._stamping.counts().items()},
             "unreadable_messages": self._unreadable,
         }
-        stampings, now = (self._stamping, self._wheels.stamping), self._clock_now()
+        stampings, now = (self._stamping, self._wheels.stamping), self.clock_now()
         values |= {name: text for each in stampings for name, text in each.remark(now).items()}
         stamps = "; ".join(each.problem for each in stampings if each.problem)
         if not self._watchdog.started:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from array import array
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,9 +10,9 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError
-from ..messages import set_stamp
 from ..sensors.encoder import Counter, Encoder, Tally
 from ..sensors.joint_encoders import JointEncoderSettings, open_encoders
+from ..streams.messages import JointStateEncoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
@@ -33,15 +32,15 @@ class EncoderNode(DeviceNode):
     def __init__(
         self,
         counters: Sequence[Counter] = (),
-        listener: Callable[[JointState], None] | None = None,
+        listener: Callable[[int, Mapping[str, float]], None] | None = None,
         **options: Any,
     ) -> None:
         """Create the node.
 
         Args:
             counters: What to read instead of the devices, such as simulated counters.
-            listener: Called with each message before it is published, for a correction in
-                the same process; the message is reused.
+            listener: Called with stamp [ns] and angles [rad] by joint at each reading, for a
+                correction in the same process; then only what somebody subscribed to is published.
             options: For `rclpy.node.Node`.
         """
         super().__init__("encoder_node", **options)
@@ -55,7 +54,7 @@ class EncoderNode(DeviceNode):
         self._tallies: dict[str, Tally] = {}
         """Errors of encoders that have been closed meanwhile, by joint."""
         self.parameters = NodeParameters(self, declarations_of(JointEncoderSettings()), self._build)
-        self._message = JointState()
+        self._joints: tuple[str, ...] = ()
         self._diagnostics = Diagnostics(self, self.report, "encoders")
         self.create_service(Trigger, "~/set_zero", self._set_zero)
         self.begin()
@@ -66,20 +65,16 @@ class EncoderNode(DeviceNode):
             raise ConfigurationError("the encoders can only change while the node is unconfigured")
         return settings
 
-    def _now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
-
     def open_device(self) -> None:
         """Open the counters."""
         settings = self.parameters.current
-        self.encoders = open_encoders(settings, self._now, self._given)
+        self.encoders = open_encoders(settings, self.clock_now, self._given)
         self._failures = 0
         for encoder in self.encoders:
             if encoder.remark:
                 self.get_logger().warning(encoder.remark)
-        self._message = JointState(name=list(settings.joints))
-        self._message.position = array("d", [0.0] * len(settings.joints))
-        self._message.velocity = array("d", [0.0] * len(settings.joints))
+        self._joints = settings.joints
+        self._encoder = JointStateEncoder(settings.joints)
         self._publisher = self.create_lifecycle_publisher(
             JointState, settings.topic, published(), qos_overriding_options=overridable()
         )
@@ -95,7 +90,7 @@ class EncoderNode(DeviceNode):
         self.encoders = []
 
     def _poll(self) -> None:
-        stamp = self._now()
+        stamp = self.clock_now()
         try:
             readings = [encoder.read(stamp) for encoder in self.encoders]
         except (OSError, ValueError) as error:
@@ -104,14 +99,12 @@ class EncoderNode(DeviceNode):
         self._failures = 0
         if not self.is_active:
             return
-        message = self._message
-        set_stamp(message, stamp)
-        for index, reading in enumerate(readings):
-            message.position[index] = reading.position
-            message.velocity[index] = reading.velocity
+        positions = [reading.position for reading in readings]
         if self._listener is not None:
-            self._listener(message)
-        self._publisher.publish(message)
+            self._listener(stamp, dict(zip(self._joints, positions, strict=True)))
+        if self._listener is None or self._publisher.get_subscription_count():
+            velocities = [reading.velocity for reading in readings]
+            self._publisher.publish(self._encoder.encode(stamp, positions, velocities))
         self._published_at = time.monotonic()
 
     def _failed(self, error: Exception) -> None:
@@ -136,7 +129,7 @@ class EncoderNode(DeviceNode):
     def _tally(self) -> dict[str, Tally]:
         """Return what went wrong since the start, by joint."""
         found = dict(self._tallies)
-        for name, encoder in zip(self._message.name, self.encoders, strict=False):
+        for name, encoder in zip(self._joints, self.encoders, strict=False):
             found[name] = found.get(name, Tally()).plus(encoder.tally())
         return found
 
@@ -148,7 +141,7 @@ class EncoderNode(DeviceNode):
             values |= {f"{name}.{key}": number for key, number in tally._asdict().items()}
         if not self.is_open:
             return Report(Level.STALE, self.failure or "not configured", values)
-        for name, encoder in zip(self._message.name, self.encoders, strict=True):
+        for name, encoder in zip(self._joints, self.encoders, strict=True):
             values[f"{name}.indexed"] = encoder.indexed
         return Report(*self._verdict(tallies), values)
 

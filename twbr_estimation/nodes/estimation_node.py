@@ -1,4 +1,4 @@
-"""Drivers, correction and filter in one process, for small computers.
+"""Drivers, correction, filter and on request the controller in one process: for small computers.
 
 The nodes keep their names, parameters, services and topics; what one hands to the next goes
 by a direct call instead of the middleware.
@@ -6,13 +6,13 @@ by a direct call instead of the middleware.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from rclpy.node import Node
-from sensor_msgs.msg import Imu, JointState
 
-from ..messages import joint_position, sample_of, stamp_of
-from ..pipeline.pairing import wheel_reading
+from ..sensors.encoder import Counter
+from ..sensors.i2c import Registers
 from .correction_node import CorrectionNode
 from .declarations import Declaration
 from .encoder_node import EncoderNode
@@ -30,39 +30,48 @@ DRIVERS = Declaration(
     read_only=True,
 )
 
+CONTROL = Declaration(
+    "control",
+    False,
+    "Whether controller_node runs in this process, too, and gets tilt, wheels and validity by "
+    "direct calls.",
+    read_only=True,
+)
 
-def compose(**options: Any) -> list[Node]:
-    """Return the connected nodes, each created with these options of `rclpy.node.Node`."""
+
+def compose(
+    registers: Registers | None = None, counters: Sequence[Counter] = (), **options: Any
+) -> list[Node]:
+    """Return the connected nodes.
+
+    Args:
+        registers: A chip to read instead of the bus, such as a simulated one.
+        counters: What to read instead of the encoders' devices.
+        options: For each `rclpy.node.Node`.
+    """
     process = GuardedNode("estimation_node", **options)
-    drivers = declare(process, DRIVERS)
+    drivers, control = declare(process, DRIVERS), declare(process, CONTROL)
     tilt = FilterNode(subscribe=False, **options)
     correction = CorrectionNode(tilt.take, subscribe=not drivers, **options)
     tilt.pass_motors = correction.take_motors
     nodes = [process, tilt, correction]
+    if control:
+        nodes.append(_controller(tilt, correction, options))
     if drivers:
-        take = SensorListener(correction)
-        nodes.append(Mpu6050Node(listener=take.imu, **options))
-        nodes.append(EncoderNode(listener=take.joints, **options))
+        nodes.append(Mpu6050Node(registers, correction.take_imu, **options))
+        nodes.append(EncoderNode(counters, correction.take_joints, **options))
     return nodes
 
 
-class SensorListener:
-    """Hands the drivers' messages to the correction."""
+def _controller(tilt: FilterNode, correction: CorrectionNode, options: dict[str, Any]) -> Node:
+    """Return a controller that gets what the two publish; its errors stay its own."""
+    from .controller_node import ControllerNode  # with all controllers, which few processes need
 
-    def __init__(self, correction: CorrectionNode) -> None:
-        """`correction`: who gets them."""
-        self._correction = correction
-
-    def imu(self, message: Imu) -> None:
-        """Take a raw reading."""
-        self._correction.take_imu(stamp_of(message), sample_of(message)[1:7])
-
-    def joints(self, message: JointState) -> None:
-        """Take the wheels; other joints, such as a reference encoder's, are left alone."""
-        found = (joint_position(message, name) for name in self._correction.wheel_joints)
-        angles = [angle for angle in found if angle is not None]
-        if angles:
-            self._correction.take_wheels(wheel_reading(stamp_of(message), angles))
+    node = ControllerNode(subscribe=False, **options)
+    tilt.pass_estimate = node.guarded("tilt", node.take_estimate)
+    tilt.pass_valid = node.guarded("tilt/valid", node.take_valid)
+    correction.pass_wheels = node.guarded("joint_states", node.take_wheels)
+    return node
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sensor_msgs.msg import Imu, JointState, Temperature
@@ -18,7 +18,8 @@ from std_srvs.srv import Trigger
 from ..checks.finding import Finding, sentences
 from ..checks.quick import QuickChecks
 from ..errors import MessageError
-from ..samples import CorrectedSample
+from ..live_code.providing import BackgroundSteps
+from ..samples import CorrectedSample, TiltEstimate
 from ..streams.filtering import FilterStream
 from ..streams.messages import decode_motor_command
 from ..streams.stamps import StampAge
@@ -26,7 +27,7 @@ from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, declare_inputs, listen
+from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen
 from .parameters import declare
 from .spin import run
 from .tilt_outputs import TiltOutputs
@@ -67,10 +68,15 @@ class FilterNode(GuardedNode):
         self._temperature: Any = None
         self.pass_motors = self._input.add_motors
         """Who gets the motor commands; a correction in the same process where there is one."""
+        self.pass_estimate: Callable[[int, TiltEstimate, float], None] | None = None
+        """Called with stamp [ns], estimate and published tilt, for a controller in this process."""
+        self.pass_valid: Callable[[bool], None] | None = None
+        """Called with what is published on `tilt/valid`."""
         if subscribe:
             listen(self, Imu, "imu/data_corrected", self._on_imu)
         self._find_inputs()
         self.create_service(Trigger, "~/reset", self._on_reset)
+        self._code = MachineCode(self, self._use_machine_code)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._diagnostics = Diagnostics(self, self._report)
 
@@ -84,6 +90,10 @@ class FilterNode(GuardedNode):
         if self._motors is None and self._stream.uses_motors:
             self._motors = listen(self, Float64MultiArray, "motor/command", self._on_motors)
 
+    def _use_machine_code(self, steps: BackgroundSteps) -> None:
+        self._stream.use(steps.of_filter)
+        self._input.use(steps.correction())
+
     def _configure(self, configuration: FilterNodeConfiguration) -> None:
         self._stream.configure(configuration.filters)
         self._input.configure(configuration.setup)
@@ -92,7 +102,7 @@ class FilterNode(GuardedNode):
     def _on_imu(self, data: bytes) -> None:
         was_raw = self._input.raw
         try:
-            ready = self._input.add_imu(data, self._now())
+            ready = self._input.add_imu(data, self.clock_now())
         except MessageError:
             self._counts["unreadable_messages"] += 1
             return
@@ -105,7 +115,7 @@ class FilterNode(GuardedNode):
 
     def _on_joints(self, data: bytes) -> None:
         try:
-            ready = self._input.add_wheels(data, self._now())
+            ready = self._input.add_wheels(data, self.clock_now())
         except MessageError:
             self._counts["unreadable_messages"] += 1
             return
@@ -120,7 +130,7 @@ class FilterNode(GuardedNode):
 
     def _on_motors(self, data: bytes) -> None:
         try:
-            self.pass_motors(decode_motor_command(self._now(), data))
+            self.pass_motors(decode_motor_command(self.clock_now(), data))
         except MessageError:
             self._counts["unreadable_messages"] += 1
 
@@ -128,7 +138,12 @@ class FilterNode(GuardedNode):
         """Filter and publish one corrected sample of this stamp [ns]."""
         self._watchdog.feed()
         self._filter(stamp, sample)
-        self._outputs.publish_valid(self._trusted, always=False)
+        self._say_valid(self._trusted, always=False)
+
+    def _say_valid(self, valid: bool, always: bool = True) -> None:
+        self._outputs.publish_valid(valid, always)
+        if self.pass_valid is not None:
+            self.pass_valid(valid)
 
     def _filter(self, stamp: int, sample: CorrectedSample) -> None:
         stream, outputs = self._stream, self._outputs
@@ -144,9 +159,12 @@ class FilterNode(GuardedNode):
             return
         tilt = stream.published_tilt(estimate, self._age_of(stamp))
         outputs.publish(stamp, sample, estimate, tilt, stream.variance(estimate))
+        self._trusted = stream.trusted(estimate) and not self._checks.untrusted
+        if self.pass_estimate is not None:  # the judgement first: the controller acts at once
+            self._say_valid(self._trusted, always=False)
+            self.pass_estimate(stamp, estimate, tilt)
         outputs.publish_comparison(stamp, stream.compare(sample))
         self._transform.publish(stamp, estimate.tilt)
-        self._trusted = stream.trusted(estimate) and not self._checks.untrusted
 
     def _lose(self, count: str, error: Exception | None = None) -> None:
         """Start the filters afresh, because the active one has no estimate."""
@@ -160,10 +178,7 @@ class FilterNode(GuardedNode):
         """Return the age of a sample [s] where the tilt is predicted."""
         if not self._stream.settings.predict:
             return 0.0
-        return self._age.note(stamp, self._now())
-
-    def _now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
+        return self._age.note(stamp, self.clock_now())
 
     def _on_reset(self, request: Any, response: Any) -> Any:
         del request
@@ -172,11 +187,12 @@ class FilterNode(GuardedNode):
         return response
 
     def _tick(self) -> None:
+        self._code.look()
         fresh = self._watchdog.fresh
         if not fresh:
             for stamp, sample in self._input.flush():
                 self._filter(stamp, sample)
-        self._outputs.publish_valid(fresh and self._trusted)
+        self._say_valid(fresh and self._trusted)
         self._outputs.find_plotters()
 
     def _report(self) -> Report:

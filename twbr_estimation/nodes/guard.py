@@ -30,6 +30,10 @@ class Guard:
         """Errors of callbacks."""
         super().__init__(name, **options)  # type: ignore[call-arg]
 
+    def clock_now(self) -> int:
+        """Return the time of the node's clock [ns]; without the object that rclpy makes of it."""
+        return int(self.get_clock().handle.get_now().nanoseconds)  # type: ignore[attr-defined]
+
     def mishap(self, where: str, error: BaseException) -> None:
         """Count an error of the callback `where`, and log it where that is due."""
         line = self.mishaps.note(where, error, time.monotonic())

@@ -7,14 +7,45 @@ from typing import Any
 
 from rclpy.node import Node
 
+from ..live_code.providing import BackgroundSteps, background_steps
 from ..streams.inputs import InputSettings
 from .declarations import Declaration, declarations_of, settings_from
-from .parameters import NodeParameters
+from .parameters import NodeParameters, declare
 from .qos import overridable, subscribed
 
 IMU_FRAME = Declaration(
     "frame_id", "imu_link", "Frame of the Imu messages that are published.", read_only=True
 )
+
+MACHINE_CODE = Declaration(
+    "machine_code",
+    True,
+    "Whether correction and filters run as machine code where that has been prepared by "
+    "`python -m twbr_estimation.live_code.precompile`; the numbers are the same.",
+    read_only=True,
+)
+
+
+class MachineCode:
+    """Hands a node its compiled steps once they are loaded, between two samples."""
+
+    def __init__(self, node: Node, use: Callable[[BackgroundSteps], None]) -> None:
+        """Declare the parameter `machine_code`; start loading.
+
+        Args:
+            node: The node.
+            use: Called once, by `look`, where there are any.
+        """
+        self._use = use
+        self._steps = background_steps() if declare(node, MACHINE_CODE) else None
+
+    def look(self) -> None:
+        """Pass the steps on if they have come."""
+        steps = self._steps
+        if steps is not None and steps.ready:
+            self._steps = None
+            if steps.names:
+                self._use(steps)
 
 
 def declare_inputs(node: Node) -> InputSettings:

@@ -7,16 +7,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any
 
-import numpy as np
 from sensor_msgs.msg import Imu, Temperature
 
 from ..errors import ConfigurationError
-from ..messages import set_readings, set_stamp
+from ..messages import set_stamp
 from ..parameters.bounds import Bounds, Meaning
 from ..sensors.i2c import I2cRegisters, Registers
 from ..sensors.mpu6050 import PACKET_BYTES, ImuReading, Mpu6050, Mpu6050Settings, Reading
 from ..sensors.mpu6050_reader import Counters, Mpu6050Reader
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
+from ..streams.messages import RawImuEncoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
@@ -80,21 +80,21 @@ class Mpu6050Node(DeviceNode):
     def __init__(
         self,
         registers: Registers | None = None,
-        listener: Callable[[Imu], None] | None = None,
+        listener: Callable[[int, tuple[float, ...]], None] | None = None,
         **options: Any,
     ) -> None:
         """Create the node.
 
         Args:
             registers: A chip to read instead of the bus, such as a simulated one.
-            listener: Called with each message before it is published, for a correction in
-                the same process; the message is reused.
+            listener: Called with stamp [ns], gyro x, y, z [rad/s] and accelerometer x, y, z
+                [m/s^2] of each sample, for a correction in the same process; then only what
+                somebody subscribed to is published.
             options: For `rclpy.node.Node`.
         """
         super().__init__("mpu6050_node", **options)
         self._registers, self._listener = registers, listener
         self.reader: Mpu6050Reader | None = None
-        self._imu = Imu()
         self._temperature = Temperature()
         self._until_temperature = 0
         self._counters, self._reported = Counters(), Counters()
@@ -126,21 +126,16 @@ class Mpu6050Node(DeviceNode):
         return settings
 
     def _apply(self, settings: Mpu6050NodeSettings) -> None:
-        """Write into the messages what stays the same from sample to sample."""
+        """Lay out the messages: what stays the same from sample to sample."""
         chip = settings.mpu6050
-        self._imu.header.frame_id = self._temperature.header.frame_id = settings.frame_id
-        self._imu.orientation_covariance[0] = -1.0  # REP-145: no orientation
-        self._imu.angular_velocity_covariance = (np.eye(3) * chip.gyro_stddev**2).ravel()
-        self._imu.linear_acceleration_covariance = (np.eye(3) * chip.accel_stddev**2).ravel()
+        self._temperature.header.frame_id = settings.frame_id
+        self._encoder = RawImuEncoder(settings.frame_id, chip.gyro_stddev**2, chip.accel_stddev**2)
 
     def _hardware_id(self) -> str:
         settings = self.parameters.current
         if self._registers is not None or settings.simulated:
             return "simulated MPU6050"
         return f"MPU6050 at 0x{settings.mpu6050.address:02x} on /dev/i2c-{settings.mpu6050.bus}"
-
-    def _now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
 
     def open_device(self) -> None:
         """Open the bus and set the chip up."""
@@ -149,15 +144,15 @@ class Mpu6050Node(DeviceNode):
         registers = self._registers
         if registers is None:
             registers = (
-                SimulatedMpu6050(self._now, reset_time=0.0)
+                SimulatedMpu6050(self.clock_now, reset_time=0.0)
                 if settings.simulated
                 else I2cRegisters(chip.bus, chip.address)
             )
         # Simulated time pauses and jumps, and the waits of its chip with it.
         simulated_time = self.get_parameter("use_sim_time").value
-        monotonic = self._now if settings.simulated and simulated_time else time.monotonic_ns
+        monotonic = self.clock_now if settings.simulated and simulated_time else time.monotonic_ns
         device = Mpu6050(registers, chip)
-        self.reader = Mpu6050Reader(device, self._now, monotonic, counters=self._counters)
+        self.reader = Mpu6050Reader(device, self.clock_now, monotonic, counters=self._counters)
         try:
             remark = self.reader.start()
         except Exception:
@@ -194,17 +189,17 @@ class Mpu6050Node(DeviceNode):
                 self._publish(reading)
 
     def _publish(self, reading: ImuReading) -> None:
-        message = self._imu
-        set_stamp(message, reading.stamp)
-        set_readings(message, reading)
+        stamp, readings = reading[0], reading[1:7]
         if self._listener is not None:
-            self._listener(message)
-        self._imu_publisher.publish(message)
+            self._listener(stamp, readings)
+        if self._listener is None or self._imu_publisher.get_subscription_count():
+            data = self._encoder.encode(stamp, readings[:3], readings[3:])
+            self._imu_publisher.publish(data)
         self._until_temperature -= 1
         if self._until_temperature <= 0:
             rate_now = self.parameters.current.mpu6050.delivered_rate
             self._until_temperature = round(TEMPERATURE_PERIOD * rate_now)
-            self._temperature.header.stamp = message.header.stamp
+            set_stamp(self._temperature, stamp)
             self._temperature.temperature = reading.temperature
             self._temperature_publisher.publish(self._temperature)
 

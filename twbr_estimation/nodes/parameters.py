@@ -69,9 +69,12 @@ class NodeParameters(Generic[Built]):
             ConfigurationError: an initial value of the wrong type or outside its limits.
         """
         self._defaults = {each.name: each for each in declarations}
-        self._values = {name: declare(node, each) for name, each in self._defaults.items()}
+        self._values: Mapping[str, Any] = {
+            name: declare(node, each) for name, each in self._defaults.items()
+        }
         self._build = build
         self._apply = apply
+        self._checked: tuple[Mapping[str, Any], Built] | None = None
         self.current: Built = build(self._values)
         """Result of `build` for the values now in force."""
         node.add_on_set_parameters_callback(self._on_set)
@@ -95,7 +98,7 @@ class NodeParameters(Generic[Built]):
         try:
             values = self._merged(changes)
             if values is not None:
-                self._build(values)
+                self._checked = values, self._build(values)
         except TwbrError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -104,7 +107,11 @@ class NodeParameters(Generic[Built]):
         values = self._merged(changes)
         if values is None:
             return
-        self._values, self.current = values, self._build(values)
+        checked, self._checked = self._checked, None
+        if checked is not None and checked[0] == values:
+            self._values, self.current = checked  # built when the request was checked
+        else:
+            self._values, self.current = values, self._build(values)
         if self._apply is not None:
             self._apply(self.current)
 

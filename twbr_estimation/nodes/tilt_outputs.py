@@ -55,8 +55,9 @@ class TiltOutputs:
             variance: Variance of the estimate [rad^2].
         """
         self._tilt.publish(encode_float64(tilt))
-        values = imu_values(sample, estimate.tilt, variance, estimate.rate)
-        self._imu.publish(self._imu_encoder.encode(stamp, values))
+        if self._imu.get_subscription_count():  # costs less than encoding for nobody
+            values = imu_values(sample, estimate.tilt, variance, estimate.rate)
+            self._imu.publish(self._imu_encoder.encode(stamp, values))
         if self._plotted:
             self._degrees.publish(encode_float64(math.degrees(tilt)))
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from ..samples import Sample
-from .coefficients import Coefficients, Rotation
+from .coefficients import Coefficients, Rotation, Vector, spread
 from .saturation import SATURATED_WEIGHT, flag, marked
-
-Vector = tuple[float, float, float]
 
 
 def _scaled(
@@ -27,15 +25,6 @@ def _to_body(r: Rotation, x: float, y: float, z: float) -> Vector:
         r[0] * x + r[1] * y + r[2] * z,
         r[3] * x + r[4] * y + r[5] * z,
         r[6] * x + r[7] * y + r[8] * z,
-    )
-
-
-def _spread(r: Rotation, x: float, y: float, z: float) -> Vector:
-    """Turn variances of sensor axes into those of body axes."""
-    return (
-        r[0] * r[0] * x + r[1] * r[1] * y + r[2] * r[2] * z,
-        r[3] * r[3] * x + r[4] * r[4] * y + r[5] * r[5] * z,
-        r[6] * r[6] * x + r[7] * r[7] * y + r[8] * r[8] * z,
     )
 
 
@@ -60,24 +49,33 @@ def calibrated_force(sample: Sample, c: Coefficients) -> Vector:
 
 
 def doubt(
-    reading: Vector, limit: float, ordinary: float, saturated: float, mark: float, r: Rotation
+    reading: Vector,
+    limit: float,
+    unsaturated: Vector,
+    ordinary: float,
+    saturated: float,
+    mark: float,
+    r: Rotation,
 ) -> tuple[Vector, Vector]:
     """Return variances and saturation flags in body axes.
 
     Args:
         reading: In sensor axes, as the device reports it.
         limit: Magnitude from which an axis is saturated.
+        unsaturated: Variances in body axes where none is.
         ordinary: Variance of a reading below it.
         saturated: Variance of a saturated one.
         mark: Variance that separates the two in a message.
         r: Rotation from sensor to body axes.
     """
+    if -limit < reading[0] < limit and -limit < reading[1] < limit and -limit < reading[2] < limit:
+        return unsaturated, (0.0, 0.0, 0.0)
     full_x = flag(abs(reading[0]), limit)
     full_y = flag(abs(reading[1]), limit)
     full_z = flag(abs(reading[2]), limit)
-    x, y, z = _spread(r, full_x, full_y, full_z)
+    x, y, z = spread(r, full_x, full_y, full_z)
     flags = flag(x, SATURATED_WEIGHT), flag(y, SATURATED_WEIGHT), flag(z, SATURATED_WEIGHT)
-    x, y, z = _spread(
+    x, y, z = spread(
         r,
         saturated if full_x > 0.0 else ordinary,
         saturated if full_y > 0.0 else ordinary,

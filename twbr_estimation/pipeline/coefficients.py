@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..robot import POLYNOMIAL_DEGREE, Calibration, EncoderPlacement, Setup
-from .saturation import SATURATED_SHARE, SATURATION_MARGIN
+from ..robot import POLYNOMIAL_DEGREE, Calibration, EncoderPlacement, Robot, Setup
+from .saturation import ACCEL_MARK, GYRO_MARK, SATURATED_SHARE, SATURATION_MARGIN, marked
 
 Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """Rows of a rotation matrix, one after the other."""
+Vector = tuple[float, float, float]
 _SHORT_DEGREE = 5
 
 
@@ -27,6 +28,9 @@ class Coefficients(NamedTuple):
     accel_limit: float
     gyro_variance: float
     accel_variance: float
+    gyro_ordinary: Vector
+    """Variances in body axes while no axis is saturated."""
+    accel_ordinary: Vector
     gyro_saturated: float
     """Variance of a saturated gyro reading [(rad/s)^2]."""
     accel_saturated: float
@@ -50,18 +54,21 @@ def derive(setup: Setup) -> Coefficients:
     """Turn robot, calibration and settings into the coefficients of a step."""
     robot, calibration, settings = setup.robot, setup.calibration, setup.correction
     limits = (calibration.accel_valid_x, calibration.accel_valid_y, calibration.accel_valid_z)
-    rotation = [float(number) for number in robot.rotation().ravel()]
+    rotation = _rotation(robot)
+    gyro_variance, accel_variance = calibration.gyro_noise**2, calibration.accel_noise**2
     return Coefficients(
         gyro_bias=calibration.gyro_bias,
         gyro_scale=calibration.gyro_scale,
         accel_bias=calibration.accel_bias,
         accel_limits=limits,
         polynomials=_polynomials(calibration),
-        rotation=tuple(rotation),  # type: ignore[arg-type]
+        rotation=rotation,
         gyro_limit=SATURATION_MARGIN * robot.gyro_range,
         accel_limit=SATURATION_MARGIN * robot.accel_range,
-        gyro_variance=calibration.gyro_noise**2,
-        accel_variance=calibration.accel_noise**2,
+        gyro_variance=gyro_variance,
+        accel_variance=accel_variance,
+        gyro_ordinary=_ordinary(rotation, gyro_variance, GYRO_MARK),
+        accel_ordinary=_ordinary(rotation, accel_variance, ACCEL_MARK),
         gyro_saturated=(SATURATED_SHARE * robot.gyro_range) ** 2,
         accel_saturated=(SATURATED_SHARE * robot.accel_range) ** 2,
         lever_forward=robot.lever_arm[0],
@@ -77,6 +84,26 @@ def derive(setup: Setup) -> Coefficients:
         lever_left=robot.lever_arm[1],
         yaw_per_difference=robot.wheel_radius / robot.track_width if robot.track_width else 0.0,
     )
+
+
+def _rotation(robot: Robot) -> Rotation:
+    a, b, c, d, e, f, g, h, i = (float(number) for number in robot.rotation().ravel())
+    return a, b, c, d, e, f, g, h, i
+
+
+def spread(r: Rotation, x: float, y: float, z: float) -> Vector:
+    """Turn variances of sensor axes into those of body axes."""
+    return (
+        r[0] * r[0] * x + r[1] * r[1] * y + r[2] * r[2] * z,
+        r[3] * r[3] * x + r[4] * r[4] * y + r[5] * r[5] * z,
+        r[6] * r[6] * x + r[7] * r[7] * y + r[8] * r[8] * z,
+    )
+
+
+def _ordinary(r: Rotation, variance: float, mark: float) -> Vector:
+    """Return the variances in body axes while no axis is saturated."""
+    x, y, z = spread(r, variance, variance, variance)
+    return marked(x, 0.0, mark), marked(y, 0.0, mark), marked(z, 0.0, mark)
 
 
 def _polynomials(

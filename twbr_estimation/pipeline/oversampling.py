@@ -13,12 +13,11 @@ sample separately, and averaged with the inverse variances as weights.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from operator import mul
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..angles import wrapped
 from ..samples import MOTORS, READINGS, RESTART_GAP, CorrectedSample
 
 _VARIANCES = tuple(name.replace("_", "_variance_") for name in READINGS)
@@ -70,45 +69,48 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     last = samples[-1]
     if len(samples) == 1:
         return last
-    rows = dict(zip(CorrectedSample._fields, np.array(samples).T, strict=True))
+    # Plain numbers: arrays of five or ten elements cost more than they save.
+    rows = dict(zip(CorrectedSample._fields, zip(*samples, strict=True), strict=True))
     dt = rows["dt"]
     weights = _end_weights(_time_left(dt))
-    averaged = float(weights @ weights)
-    fields = {name: float(weights @ rows[name]) for name in READINGS}
+    averaged = _dot(weights, weights)
+    fields = {name: _dot(weights, rows[name]) for name in READINGS}
     for variance, saturated in zip(_VARIANCES, _SATURATED, strict=True):
-        fields[saturated] = float(rows[saturated].max())
-        low, high = float(rows[variance].min()), float(rows[variance].max())
+        fields[saturated] = max(rows[saturated])
+        low, high = min(rows[variance]), max(rows[variance])
         fields[variance] = high if fields[saturated] else averaged * low + (high - low)
-    known = bool(rows["motor_count"].all())
-    fields |= {name: float(dt @ rows[name] / dt.sum()) if known else 0.0 for name in MOTORS}
+    known, time = all(rows["motor_count"]), sum(dt)
+    fields |= {name: _dot(dt, rows[name]) / time if known else 0.0 for name in MOTORS}
     angle, variance_of_angle = _angle_at_end(rows, dt)
-    return last._replace(
-        dt=float(dt.sum()), angle=angle, angle_variance=variance_of_angle, **fields
-    )
+    return last._replace(dt=time, angle=angle, angle_variance=variance_of_angle, **fields)
 
 
-def _time_left(dt: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return float(sum(map(mul, a, b)))
+
+
+def _time_left(dt: Sequence[float]) -> list[float]:
     """Return the time from each sample to the last one [s], (n,)."""
-    return np.append(np.cumsum(dt[:0:-1])[::-1], 0.0)
+    return [0.0, *accumulate(dt[:0:-1])][::-1]
 
 
-def _end_weights(left: NDArray[np.float64]) -> NDArray[np.float64]:
+def _end_weights(left: Sequence[float]) -> list[float]:
     """Return the weights that give the end of the least-squares line, (n,), n above 1."""
-    mean = float(np.mean(left))
-    offset = left - mean
-    weights: NDArray[np.float64] = 1.0 / left.size - offset * (mean / float(offset @ offset))
-    return weights
+    mean = sum(left) / len(left)
+    offset = [each - mean for each in left]
+    share, slope = 1.0 / len(left), mean / _dot(offset, offset)
+    return [share - each * slope for each in offset]
 
 
-def _angle_at_end(
-    rows: Mapping[str, NDArray[np.float64]], dt: NDArray[np.float64]
-) -> tuple[float, float]:
+def _angle_at_end(rows: Mapping[str, Sequence[float]], dt: Sequence[float]) -> tuple[float, float]:
     """Return the angle [rad] at the end of the interval, and its variance."""
-    angle = rows["angle"]
-    rate = rows["gyro_y"]
-    turns = 0.5 * dt[1:] * (rate[1:] + rate[:-1])
-    carried = angle + np.append(np.cumsum(turns[::-1])[::-1], 0.0)
-    certainty = 1.0 / rows["angle_variance"]
-    total = float(np.sum(certainty))
-    mean = float(angle[-1]) + float(certainty @ wrapped(carried - angle[-1])) / total
-    return float(wrapped(np.array(mean))), 1.0 / total
+    angle, rate = rows["angle"], rows["gyro_y"]
+    turns = [0.5 * dt[k] * (rate[k] + rate[k - 1]) for k in range(1, len(dt))]
+    turned = [0.0, *accumulate(turns[::-1])][::-1]
+    certainty = [1.0 / variance for variance in rows["angle_variance"]]
+    total, end = sum(certainty), angle[-1]
+    off = [
+        math.remainder(each + turn - end, 2.0 * math.pi)
+        for each, turn in zip(angle, turned, strict=True)
+    ]
+    return math.remainder(end + _dot(certainty, off) / total, 2.0 * math.pi), 1.0 / total

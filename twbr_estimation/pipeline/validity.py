@@ -185,13 +185,18 @@ def _passed(now: Watch, self_judged: bool) -> Watch:
     rotation, known, reference = now.stream.passed.rotation, now.known, now.reference
     uncertain = uncertainty(now.stream.passed)
     deviation = min(math.sqrt(known.variance) + uncertain, math.sqrt(reference.variance))
-    return now._replace(
-        doubt=(known.doubt + uncertain) ** 2,
-        trusted=known.trusted,
-        missed=0.0 if self_judged else rotation,
-        reference=Reference(
-            wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter
-        ),
+    doubt = known.doubt + uncertain
+    return Watch(  # in full: compiled code knows no `_replace`
+        doubt * doubt,
+        known.trusted,
+        now.astray,
+        0.0 if self_judged else rotation,
+        now.tilt,
+        known,
+        now.bias,
+        now.calm,
+        Reference(wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter),
+        now.stream,
     )
 
 
@@ -244,7 +249,18 @@ def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged
         astray = 1.0
     elif trusted > 0.0 and doubt <= CLEARED_STDDEV * CLEARED_STDDEV:
         bias = estimate.gyro_bias
-    return now._replace(doubt=doubt, trusted=trusted, astray=astray, bias=bias)
+    return Watch(
+        doubt,
+        trusted,
+        astray,
+        now.missed,
+        now.tilt,
+        now.known,
+        bias,
+        now.calm,
+        now.reference,
+        now.stream,
+    )
 
 
 def _trusted(doubt: float, before: float, valid_stddev: float) -> float:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 from ..filters.base import Filter, estimate_of, turned
 from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
+from .step_code import StepCode
 from .tilt_filter import TiltFilter
 from .validity import VALID_STDDEV, Watch, begin, restarted, watch, wrapped
 
@@ -19,6 +21,13 @@ OVERTURNED = 0.5 * math.pi
 
 class WatchedFilter(TiltFilter):
     """One filter, judged at every sample and started afresh where it has gone astray."""
+
+    _interpreted_state: Any | None = None
+    _code: StepCode | None = None
+    _in_code = False
+    """Whether state and judgement lie with the machine code."""
+    _judged: tuple[float, ...] = ()
+    """Its latest results: estimate, trusted, astray, doubt, missed."""
 
     def __init__(
         self,
@@ -39,21 +48,67 @@ class WatchedFilter(TiltFilter):
             ConfigurationError: a parameter is unknown or out of bounds.
         """
         super().__init__(entry, values, robot)
-        self.valid_stddev = valid_stddev
+        self._valid_stddev = valid_stddev
         self.restarts = 0
         """How often the filter disagreed with the samples and was started afresh."""
         self._lost = 0.0
-        self._watch: Watch | None = None
+        self._interpreted_watch: Watch | None = None
         self._self_judged = entry.name in SELF_JUDGED
+
+    def use(self, code: StepCode | None) -> None:
+        """Step by machine code from the next sample on, or interpreted again; same numbers."""
+        self._leave()
+        self._code = code
+
+    def _leave(self) -> None:
+        """Take state and judgement back from the machine code."""
+        if self._in_code and self._code is not None:
+            self._in_code = False
+            self._interpreted_state, self._interpreted_watch = self._code.state()
+
+    @property
+    def state(self) -> Any | None:
+        """State of the filter; None before the first sample."""
+        self._leave()
+        return self._interpreted_state
+
+    @state.setter
+    def state(self, state: Any | None) -> None:
+        self._leave()
+        self._interpreted_state = state
+
+    @property
+    def _watch(self) -> Watch | None:
+        self._leave()
+        return self._interpreted_watch
+
+    @_watch.setter
+    def _watch(self, now: Watch | None) -> None:
+        self._leave()
+        self._interpreted_watch = now
+
+    @property
+    def valid_stddev(self) -> float:
+        """Doubt above which the tilt is not trusted [rad]."""
+        return self._valid_stddev
+
+    @valid_stddev.setter
+    def valid_stddev(self, limit: float) -> None:
+        self._leave()
+        self._valid_stddev = limit
 
     @property
     def trusted(self) -> bool:
         """Whether the samples leave no doubt about the latest estimate."""
+        if self._in_code:
+            return self._judged[4] > 0.0
         return self._watch is None or self._watch.trusted > 0.0
 
     @property
     def doubt(self) -> float:
         """Variance of the latest estimate by what the samples did not show [rad^2]."""
+        if self._in_code:
+            return self._judged[6]
         return 0.0 if self._watch is None else self._watch.doubt
 
     @property
@@ -69,6 +124,8 @@ class WatchedFilter(TiltFilter):
         return estimate
 
     def _step(self, sample: CorrectedSample) -> TiltEstimate:
+        if self._code is not None and 0.0 < sample.dt <= RESTART_GAP and self._enter(self._code):
+            return self._compiled_step(self._code, sample)
         state, before = self.state, self._watch
         if state is not None and abs(state.tilt) > OVERTURNED:
             near = state.tilt + wrapped(sample.angle - state.tilt)
@@ -80,6 +137,12 @@ class WatchedFilter(TiltFilter):
         if sample.dt <= 0.0:
             return estimate
         now = watch(before, sample, estimate, self.valid_stddev, self._self_judged)
+        return self._put_right(now, sample, estimate)
+
+    def _put_right(
+        self, now: Watch, sample: CorrectedSample, estimate: TiltEstimate
+    ) -> TiltEstimate:
+        """Do what the judgement asks for; return the estimate that holds then."""
         if now.missed != 0.0:
             estimate = self._make_up(now, sample)
             now = now._replace(tilt=estimate.tilt)
@@ -87,6 +150,29 @@ class WatchedFilter(TiltFilter):
             estimate = self._restart(now, sample)
             now = restarted(now, self.valid_stddev)
         self._watch = now
+        return estimate
+
+    def _enter(self, code: StepCode) -> bool:
+        """Hand state and judgement to the machine code, where there are any yet and they fit."""
+        if self._in_code:
+            return True
+        state, watched = self._interpreted_state, self._interpreted_watch
+        if state is None or watched is None:
+            return False
+        self._in_code = code.begin((self._coefficients, self._valid_stddev), (state, watched))
+        if not self._in_code:
+            self._code = None
+        self._judged = (*estimate_of(state), watched.trusted, 0.0, watched.doubt, 0.0)
+        return self._in_code
+
+    def _compiled_step(self, code: StepCode, sample: CorrectedSample) -> TiltEstimate:
+        tilt = self._judged[0]
+        if abs(tilt) > OVERTURNED:
+            sample = sample._replace(angle=tilt + wrapped(sample.angle - tilt))
+        self._judged = judged = code.step(sample)
+        estimate = TiltEstimate(*judged[:4])
+        if (judged[5] > 0.0 or judged[7] != 0.0) and (now := self._watch) is not None:
+            return self._put_right(now, sample, estimate)
         return estimate
 
     def _begin(self, sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> None:
@@ -112,6 +198,20 @@ class WatchedFilter(TiltFilter):
         reference = now.reference
         rate = sample.gyro_y - now.bias
         return self.reset(TiltEstimate(reference.tilt, rate, now.bias, reference.variance), sample)
+
+    def configure(self, values: Mapping[str, float]) -> None:
+        """Use other parameters from the next sample on; the state stays.
+
+        Raises:
+            ConfigurationError: a parameter is unknown or out of bounds; nothing changed.
+        """
+        self._leave()
+        super().configure(values)
+
+    def use_robot(self, robot: Robot) -> None:
+        """Use another geometry from the next sample on; the state stays."""
+        self._leave()
+        super().use_robot(robot)
 
     def succeed(self, other: WatchedFilter, sample: CorrectedSample) -> None:
         """Go on from another filter's estimate at the stamp of `sample`, judgement and counts."""

@@ -9,6 +9,7 @@ from ..checks.live import LiveChecks
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT
+from ..pipeline.step_code import StepCode
 from ..pipeline.warmth import at_temperature
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample, is_saturated
@@ -57,6 +58,10 @@ class CorrectionStream(GuardedPairing):
         self._started = self._restarted = False
         self._checks = checks
         self.configure(setup)
+
+    def use(self, code: StepCode | None) -> None:
+        """Correct by machine code from the next sample on; the numbers stay the same."""
+        self._corrector.use(code)
 
     def configure(self, setup: Setup) -> None:
         """Use another setup from the next sample on; the past stays."""

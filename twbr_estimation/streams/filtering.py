@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
-from ..filters.base import filter_named
+from ..filters.base import Filter, filter_named
+from ..pipeline.step_code import StepCode
 from ..pipeline.watched_filter import WatchedFilter
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .filter_configuration import FilterConfiguration, FilterSettings
@@ -18,6 +19,7 @@ class FilterStream:
         """Prepare the filters; they start at the first sample."""
         self._configuration = configuration
         self._elapsed, self._steps = 0.0, 0
+        self._provide: Callable[[Filter], StepCode | None] = _interpreted
         self._sample: CorrectedSample | None = None
         self._active = self._prepared(configuration.settings.filter)
         self._beside = {name: self._prepared(name) for name in configuration.settings.compared()}
@@ -26,7 +28,15 @@ class FilterStream:
         parameters = self._configuration.parameters.get(name)
         configuration = self._configuration
         limit = configuration.settings.valid_stddev
-        return WatchedFilter(filter_named(name), parameters, configuration.robot, limit)
+        prepared = WatchedFilter(filter_named(name), parameters, configuration.robot, limit)
+        prepared.use(self._provide(prepared.entry))
+        return prepared
+
+    def use(self, provide: Callable[[Filter], StepCode | None]) -> None:
+        """Step by machine code from the next sample on, where `provide` has some for a filter."""
+        self._provide = provide
+        for running in self._running():
+            running.use(provide(running.entry))
 
     def _running(self) -> Iterator[WatchedFilter]:
         yield self._active
@@ -56,9 +66,11 @@ class FilterStream:
         Raises:
             ConfigurationError: a value out of bounds; nothing changed.
         """
+        before = self._configuration
         for name, values in configuration.parameters.items():
-            filter_named(name).configure(values)
-        before, self._configuration = self._configuration, configuration
+            if values != before.parameters.get(name):
+                filter_named(name).configure(values)
+        self._configuration = configuration
         for running in self._running():
             values = configuration.parameters.get(running.name, {})
             if values != before.parameters.get(running.name, {}):
@@ -172,3 +184,9 @@ class FilterStream:
         for each in running.values():
             found += each.entry.warnings(each.parameters, dt)
         return tuple(found)
+
+
+def _interpreted(entry: Filter) -> StepCode | None:
+    """Provide no machine code."""
+    del entry
+    return None

@@ -11,7 +11,15 @@ import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
-from ..messages import GYRO, IMU_DOUBLES
+from ..messages import (
+    ACCEL,
+    ACCEL_COVARIANCE,
+    GYRO,
+    GYRO_COVARIANCE,
+    IMU_DOUBLES,
+    ORIENTATION,
+    ORIENTATION_COVARIANCE,
+)
 from ..pipeline.pairing import MotorCommand, motor_command
 from ..pipeline.physical import LARGEST_VOLTAGE
 from ..samples import NANOSECONDS_PER_SECOND
@@ -22,6 +30,7 @@ _LITTLE_ENDIAN = b"\x00\x01"
 
 _read_stamp = struct.Struct("<iII").unpack_from
 _write_stamp = struct.Struct("<iI").pack_into
+_write_vector = struct.Struct("<3d").pack_into
 _read_count = struct.Struct("<I").unpack_from
 _imu = struct.Struct(f"<{IMU_DOUBLES}d")
 _raw_imu = struct.Struct(f"<{8 * GYRO}x3d{8 * 9}x3d{8 * 9}x")
@@ -94,6 +103,36 @@ class ImuEncoder:
         _write_stamp(self._buffer, _STAMP, *divmod(stamp, NANOSECONDS_PER_SECOND))
         _imu.pack_into(self._buffer, self._values, *values)
         return bytes(self._buffer)
+
+
+class RawImuEncoder:
+    """Serialises Imu messages without an orientation; only stamp and readings change."""
+
+    def __init__(self, frame: str, gyro_variance: float, accel_variance: float) -> None:
+        """Lay out the message.
+
+        Args:
+            frame: Frame id.
+            gyro_variance: Of each axis [(rad/s)^2].
+            accel_variance: The same of the accelerometer [(m/s^2)^2].
+        """
+        values = [0.0] * IMU_DOUBLES
+        values[ORIENTATION + 3] = 1.0
+        values[ORIENTATION_COVARIANCE] = -1.0  # REP-145: no orientation
+        for axis in range(0, 9, 4):
+            values[GYRO_COVARIANCE + axis] = gyro_variance
+            values[ACCEL_COVARIANCE + axis] = accel_variance
+        self._buffer = bytearray(ImuEncoder(frame).encode(0, values))
+        doubles = len(self._buffer) - 8 * IMU_DOUBLES
+        self._gyro, self._accel = doubles + 8 * GYRO, doubles + 8 * ACCEL
+
+    def encode(self, stamp: int, gyro: Sequence[float], accel: Sequence[float]) -> bytes:
+        """Return the message with this stamp [ns] and these readings along x, y, z."""
+        buffer = self._buffer
+        _write_stamp(buffer, _STAMP, *divmod(stamp, NANOSECONDS_PER_SECOND))
+        _write_vector(buffer, self._gyro, *gyro)
+        _write_vector(buffer, self._accel, *accel)
+        return bytes(buffer)
 
 
 class JointStateEncoder:

@@ -8,6 +8,7 @@ from collections import Counter
 from ..checks.live import LiveChecks
 from ..pipeline.pairing import MotorCommand
 from ..pipeline.physical import NOT_FINITE
+from ..pipeline.step_code import StepCode
 from ..robot import Setup
 from .corrected import CorrectedStream, has_angle, is_default, readings_of
 from .correction import CorrectionStream
@@ -63,6 +64,10 @@ class TiltInput:
     def needs_wheels(self) -> bool:
         """Whether wheel readings make a difference."""
         return self.raw or self.paired
+
+    def use(self, code: StepCode | None) -> None:
+        """Correct raw messages by machine code; the numbers stay the same."""
+        self._correction.use(code)
 
     def configure(self, setup: Setup) -> None:
         """Correct raw messages with another setup from the next one on."""

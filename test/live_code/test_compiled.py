@@ -1,0 +1,140 @@
+"""Machine code gives the numbers of the interpreter, whatever happens between two samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("numba")
+
+from twbr_estimation.errors import WorkerError
+from twbr_estimation.filters.base import filter_named
+from twbr_estimation.live_code import files, loading
+from twbr_estimation.live_code.checking import check, corrected_samples
+from twbr_estimation.live_code.precompile import compiled
+from twbr_estimation.live_code.providing import (
+    BackgroundSteps,
+    compiled_correction,
+    compiled_filter,
+)
+from twbr_estimation.live_code.steps import CORRECTION
+from twbr_estimation.pipeline.watched_filter import WatchedFilter
+from twbr_estimation.robot import Calibration, Setup
+from twbr_estimation.samples import CorrectedSample
+from twbr_estimation.streams.correction import CorrectionStream
+
+NAME = "complementary"
+DRIVE = list(corrected_samples())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with the machine code of the correction and of one filter."""
+    place = tmp_path_factory.mktemp("code")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(files, "folders", lambda: (place,))
+        made = files.made_for(loading.processor())
+        for name in (CORRECTION, NAME):
+            assert files.saved(name, made, compiled(name)) is not None
+        yield place
+
+
+@pytest.mark.parametrize("name", [CORRECTION, NAME])
+def test_a_drive_with_slips_saturation_and_gaps(folder: Path, name: str) -> None:
+    check(name)
+
+
+def _pair(folder: Path) -> tuple[WatchedFilter, WatchedFilter]:
+    entry = filter_named(NAME)
+    interpreted, by_code = WatchedFilter(entry), WatchedFilter(entry)
+    code = compiled_filter(entry)
+    assert code is not None
+    by_code.use(code)
+    return interpreted, by_code
+
+
+def test_everything_that_may_change_between_two_samples(folder: Path) -> None:
+    interpreted, by_code = _pair(folder)
+    for index, sample in enumerate(DRIVE):
+        for each in (interpreted, by_code):
+            if index == 200:
+                each.configure({"time_constant": 0.4})
+            if index == 300:
+                each.valid_stddev = 0.01
+            if index == 400:
+                each.forget()
+            if index == 500:
+                sample = sample._replace(dt=3.0)
+            if index == 600:
+                sample = sample._replace(dt=0.0)
+            if index == 700:
+                estimate = each.estimate
+                assert estimate is not None
+                each.reset(estimate, sample)
+        assert interpreted.step(sample) == by_code.step(sample), index
+        assert (interpreted.trusted, interpreted.doubt) == (by_code.trusted, by_code.doubt)
+    assert interpreted.lost == by_code.lost and interpreted.restarts == by_code.restarts
+    assert interpreted.state == by_code.state and interpreted._watch == by_code._watch
+
+
+def test_a_filter_gone_astray_is_put_right_in_both(folder: Path) -> None:
+    def misled(sample: CorrectedSample, index: int) -> CorrectedSample:
+        if not 800 <= index < 1000:
+            return sample
+        return sample._replace(gyro_y=17.4, gyro_saturated_y=1.0)
+
+    interpreted, by_code = _pair(folder)
+    for index, sample in enumerate(DRIVE):
+        seen = misled(sample, index)
+        assert interpreted.step(seen) == by_code.step(seen), index
+    assert interpreted.restarts == by_code.restarts > 0
+
+
+def test_a_successor_takes_the_estimate_over(folder: Path) -> None:
+    interpreted, by_code = _pair(folder)
+    for sample in DRIVE[:300]:
+        interpreted.step(sample)
+        by_code.step(sample)
+    successors = WatchedFilter(filter_named("kalman")), WatchedFilter(filter_named("kalman"))
+    for before, successor in zip((interpreted, by_code), successors, strict=True):
+        successor.succeed(before, DRIVE[300])
+    first, second = successors
+    assert first.estimate is not None and first.estimate == second.estimate
+    assert first._watch is not None and first._watch == second._watch
+
+
+def test_coefficients_of_another_shape_are_interpreted(folder: Path) -> None:
+    long = Setup(calibration=Calibration(accel_scale_x=(0.0,) * 8 + (1e-9,)))
+    streams = CorrectionStream(long), CorrectionStream(long)
+    streams[1].use(compiled_correction())
+    for index in range(20):
+        values = 0.0, 0.1, 0.0, 0.5, 0.0, 9.8
+        first, second = (each.add_imu(10**9 + index * 10**7, values) for each in streams)
+        assert first == second
+
+
+def test_what_is_damaged_or_of_other_sources_is_not_used(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (path,) = folder.glob(f"{NAME}.*.step")
+    other = tmp_path / path.name
+    monkeypatch.setattr(files, "folders", lambda: (tmp_path,))
+    content = bytearray(path.read_bytes())
+    content[-1] ^= 1
+    other.write_bytes(content)
+    assert files.exists(NAME) and loading.loaded(NAME) is None
+    other.write_bytes(path.read_bytes())
+    other.rename(tmp_path / f"{NAME}.0123456789abcdef.step")
+    assert loading.loaded(NAME) is None
+    with pytest.raises(WorkerError, match="no machine code"):
+        check(NAME)
+
+
+def test_a_process_without_any_is_ready_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "folders", lambda: (tmp_path,))
+    steps = BackgroundSteps()
+    assert steps.ready and not steps.names and steps.correction() is None

@@ -1,0 +1,120 @@
+"""Records as rows of doubles, which is what interpreted and compiled code exchange."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import TwbrError
+
+
+class LayoutError(TwbrError):
+    """A record holds something else than numbers, tuples and arrays of doubles."""
+
+
+class Layout:
+    """Where the numbers of a record lie, learnt from one instance.
+
+    A record is a float, an int, a bool, an array of doubles of fixed shape, or a tuple of such,
+    named or not, to any depth.
+    """
+
+    def __init__(self, example: Any) -> None:
+        """Learn from an instance.
+
+        Raises:
+            LayoutError: it holds something else.
+        """
+        self._kinds: dict[str, type[Any]] = {}
+        self._reading, self.size = self._read(example, 0)
+        self._writing = [
+            f"row[{place}] = {value}" for place, value in self._written(example, "record", 0)
+        ]
+        self._pack = struct.Struct(f"{self.size}d").pack_into
+
+    def _read(self, example: Any, place: int) -> tuple[str, int]:
+        """Return the expression that makes the record from `row`, and how many doubles it takes."""
+        if isinstance(example, bool):
+            return f"row[{place}] != 0.0", 1
+        if isinstance(example, int):
+            return f"int(row[{place}])", 1
+        if isinstance(example, float):
+            return f"row[{place}]", 1
+        if isinstance(example, np.ndarray) and example.dtype == np.float64:
+            end = place + example.size
+            return f"row[{place}:{end}].reshape({example.shape}).copy()", example.size
+        if not isinstance(example, tuple):
+            raise LayoutError(f"{type(example).__name__} {example!r} is no number of a record")
+        parts, size = [], 0
+        for part in example:
+            text, used = self._read(part, place + size)
+            parts.append(text)
+            size += used
+        inside = ", ".join(parts)
+        if type(example) is tuple:
+            return f"({inside},)" if parts else "()", size
+        name = f"{type(example).__name__}_{place}"
+        self._kinds[name] = type(example)
+        return f"{name}({inside})", size
+
+    def _written(self, example: Any, value: str, place: int) -> Iterator[tuple[str, str]]:
+        """Yield places and the expressions of what is written there."""
+        if isinstance(example, np.ndarray):
+            yield f"{place}:{place + example.size}", f"{value}.reshape({example.size})"
+        elif not isinstance(example, tuple):
+            yield f"{place}", value
+        else:
+            names = getattr(example, "_fields", None)
+            for index, part in enumerate(example):
+                inner = f"{value}[{index}]" if names is None else f"{value}.{names[index]}"
+                yield from self._written(part, inner, place)
+                place += self._read(part, 0)[1]
+
+    def reader(self) -> Callable[[Any], Any]:
+        """Return the function that makes the record from an array, compiled or not."""
+        read: Callable[[Any], Any] = self._function(
+            f"def read(row):\n    return {self._reading}\n", "read"
+        )
+        return read
+
+    def writer(self) -> Callable[[Any, Any], None]:
+        """Return the function (record, row) that writes the record into an array."""
+        body = "\n    ".join(self._writing) or "pass"
+        write: Callable[[Any, Any], None] = self._function(
+            f"def write(record, row):\n    {body}\n", "write"
+        )
+        return write
+
+    def _function(self, source: str, name: str) -> Any:
+        space: dict[str, Any] = {"__name__": __name__, **self._kinds}
+        exec(source, space)
+        return space[name]
+
+    def pack(self, record: Any, memory: Any) -> None:
+        """Write a record into memory, as `writer` does into an array."""
+        self._pack(memory, 0, *numbers_of(record))
+
+
+def numbers_of(record: Any) -> Sequence[float]:
+    """Return all numbers of a record in the order of their places."""
+    if isinstance(record, np.ndarray):
+        numbers: list[float] = record.ravel().tolist()
+        return numbers
+    if isinstance(record, tuple):
+        return [number for part in record for number in numbers_of(part)]
+    return (record,)
+
+
+class PlainRow:
+    """A row that gives plain numbers and arrays, as the interpreted step has them."""
+
+    def __init__(self, row: np.ndarray[Any, Any]) -> None:
+        """`row`: of doubles."""
+        self._row, self._plain = row, row.tolist()
+
+    def __getitem__(self, place: Any) -> Any:
+        """Return a number, or for a slice an array."""
+        return self._row[place] if isinstance(place, slice) else self._plain[place]
