@@ -28,6 +28,9 @@ def test_what_was_added_is_read_back(tmp_path: Path) -> None:
         recorder.add(TopicNames().imu, int(stamp) + 1000, message)
     assert not target.exists(), "a recording has its name once it is whole"
     recorder.close()
+    assert sorted(each.name for each in target.iterdir()) == ["drive.mcap", "metadata.yaml"]
+    assert "partial" not in (target / "metadata.yaml").read_text()
+    assert [each.name for each in target.parent.iterdir()] == ["drive"]
     read = read_recording(target)
     assert recorder.messages == 500
     np.testing.assert_array_equal(read.imu.stamps, track.stamps)
@@ -47,3 +50,21 @@ def test_a_folder_that_cannot_be_made_is_an_error_in_one_line(tmp_path: Path) ->
     (tmp_path / "file").write_text("")
     with pytest.raises(RecordingError, match="cannot be written"):
         BagRecorder(tmp_path / "file" / "drive", {TopicNames().imu: IMU})
+
+
+def test_a_full_disk_ends_the_recording_and_is_said_at_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = BagRecorder(tmp_path / "drive", {TopicNames().imu: IMU})
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(recorder._writer, "write", full)
+    for _ in range(3):
+        recorder.add(TopicNames().imu, 1, imu_messages(imu(1))[0])
+    assert recorder.messages == 0
+    with pytest.raises(RecordingError, match="drive: cannot be written: No space left"):
+        recorder.close()
+    assert not (tmp_path / "drive").exists()
+    recorder.close()
