@@ -179,3 +179,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     status = run(create, arguments)
     return status or (created[0].status or 0 if created else 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

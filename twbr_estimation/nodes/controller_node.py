@@ -288,3 +288,7 @@ class ControllerNode(DeviceNode):
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
     return run(ControllerNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

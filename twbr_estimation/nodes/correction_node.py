@@ -202,3 +202,7 @@ class CorrectionNode(GuardedNode):
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
     return run(CorrectionNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

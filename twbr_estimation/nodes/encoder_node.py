@@ -168,3 +168,7 @@ class EncoderNode(DeviceNode):
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
     return run(EncoderNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -77,3 +77,7 @@ def _controller(tilt: FilterNode, correction: CorrectionNode, options: dict[str,
 def main(arguments: list[str] | None = None) -> int:
     """Run the nodes until they are asked to stop."""
     return run(compose, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

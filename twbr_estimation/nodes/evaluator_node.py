@@ -312,3 +312,7 @@ def _token(name: str) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop; then print the table."""
     return run(EvaluatorNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -253,3 +253,7 @@ class FilterNode(GuardedNode):
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
     return run(FilterNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -236,3 +236,7 @@ class Mpu6050Node(DeviceNode):
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
     return run(Mpu6050Node, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -372,3 +372,7 @@ def _read(path: Path, excluded: frozenset[str]) -> Playback:
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until the end of the recording, or until it is asked to stop."""
     return run(ReplayNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -234,3 +234,7 @@ def _advised(port: str, error: Exception) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
     return run(SerialNode, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -298,3 +298,7 @@ def counters_of(node: SimulatorNode) -> list[SimulatedCounter]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the simulator until it is asked to stop."""
     return run(compose, arguments)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
