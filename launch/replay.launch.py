@@ -2,6 +2,7 @@
 
 ros2 launch twbr_estimation replay.launch.py bag:=bags/verification
 ros2 launch twbr_estimation replay.launch.py bag:=my_bag rate:=0.0 json:=figures.json
+ros2 launch twbr_estimation replay.launch.py bag:=my_bag loop:=true dashboard:=true
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction, S
 from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.configuration.files import configuration_files
+from twbr_estimation.nodes.dashboard_launch import PAGE_ARGUMENTS, page_parameters
 
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"
@@ -56,6 +58,7 @@ ARGUMENTS = (
     argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
     argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
     argument("use_sim_time", "true", "Take the time from the recording's clock.", switch=True),
+    *(argument(*each) for each in PAGE_ARGUMENTS),
 )  # fmt: skip
 
 
@@ -78,6 +81,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         node("correction_node", [*settings, *common, joints]),
         replay(given),
     ]
+    if page := page_parameters(given):
+        found.insert(0, node("dashboard_node", [sim_time, page]))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
 
 

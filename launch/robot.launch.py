@@ -2,7 +2,7 @@
 
 ros2 launch twbr_estimation robot.launch.py
 ros2 launch twbr_estimation robot.launch.py config:=/home/pi/my_robot compare:=all
-ros2 launch twbr_estimation robot.launch.py controller:=lqr
+ros2 launch twbr_estimation robot.launch.py controller:=lqr dashboard:=true
 ros2 launch twbr_estimation robot.launch.py simulated:=true reference:=true
 ros2 launch twbr_estimation robot.launch.py imu_driver:=false encoder_driver:=false
 ros2 launch twbr_estimation robot.launch.py composed:=false
@@ -17,6 +17,7 @@ from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
 from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.configuration.files import configuration_files
+from twbr_estimation.nodes.dashboard_launch import PAGE_ARGUMENTS, page_parameters
 
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"
@@ -72,6 +73,7 @@ ARGUMENTS = (
     argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
     argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
     argument("use_sim_time", "false", "Take the time from /clock.", switch=True),
+    *(argument(*each) for each in PAGE_ARGUMENTS),
 )
 
 
@@ -109,6 +111,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     if given["reference"] == "true":
         found.append(node("encoder_node", [*encoders, common], name="reference_encoder_node"))
         found.append(node("evaluator_node", [common]))
+    if page := page_parameters(given):
+        found.append(node("dashboard_node", [common, page]))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
 
 

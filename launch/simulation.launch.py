@@ -4,6 +4,7 @@ ros2 launch twbr_estimation simulation.launch.py
 ros2 launch twbr_estimation simulation.launch.py world:=W2 disturbed:=true filter:=ins_odometer
 ros2 launch twbr_estimation simulation.launch.py lockstep:=true json:=figures.json
 ros2 launch twbr_estimation simulation.launch.py drivers:=true
+ros2 launch twbr_estimation simulation.launch.py dashboard:=true dashboard_host:=0.0.0.0
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
 from launch_ros.actions import Node, PushRosNamespace
 
+from twbr_estimation.nodes.dashboard_launch import PAGE_ARGUMENTS, page_parameters
 from twbr_estimation.nodes.declarations import declarations_of
 from twbr_estimation.physics import SCENES
 from twbr_estimation.physics.simulate import spatial
@@ -60,6 +62,10 @@ ARGUMENTS = (
     argument("left_wheel_joint", "left_wheel_joint", "Name of the left wheel in joint_states."),
     argument("right_wheel_joint", "right_wheel_joint", "Name of the right wheel."),
     argument("use_sim_time", "false", "Take the time from /clock; in lockstep always.", SWITCH),
+    *(
+        argument(name, default, text, SWITCH if switch else None)
+        for name, default, text, switch in PAGE_ARGUMENTS
+    ),
 )
 
 
@@ -86,6 +92,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         node("controller_node", [*common, known, joints, controller, standing]),
         node("evaluator_node", [*common, source]),
     ]
+    if page := page_parameters(given):
+        found.append(node("dashboard_node", [sim_time, page]))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
 
 

@@ -114,6 +114,14 @@ def test_a_simulation_starts_the_whole_robot() -> None:
     assert started(path, lockstep="true", world="W4", filter="ins_odometer") == whole
 
 
+@pytest.mark.parametrize("name", ["robot", "replay", "simulation"])
+def test_the_page_is_started_where_it_is_asked_for(name: str) -> None:
+    path = FOLDER / f"{name}.launch.py"
+    given = {"bag": "bag"} if name == "replay" else {}
+    assert "dashboard_node" not in started(path, **given)
+    assert started(path, **given, dashboard="true").count("dashboard_node") == 1
+
+
 def test_a_display_describes_the_robot_and_opens_rviz_on_demand(tmp_path: Path) -> None:
     path = FOLDER / "display.launch.py"
     assert started(path) == ["robot_state_publisher", "rviz2"]
