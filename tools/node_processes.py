@@ -62,6 +62,10 @@ class Graph:
             command, env=self._environment, stdout=output, stderr=output or None
         )
 
+    def process(self, node: str) -> int:
+        """Return the number of a node's process."""
+        return self._running[node].pid
+
     def wait(self, node: str, limit: float) -> None:
         """Wait until a node has ended by itself.
 
