@@ -1,11 +1,11 @@
-"""Serve the page for a robot that is made up here: `python fake_page.py PORT`."""
+"""Serve the page for a robot that is made up: `fake_page.py PORT [read-only|everywhere]`."""
 
 from __future__ import annotations
 
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from twbr_estimation.dashboard.server import ServerSettings, serve
@@ -26,14 +26,19 @@ class FakeRobot(Source):
     """Swings; has one node with a filter, a bounded number, a switch and a list."""
 
     live = True
+    on_request = ("raw",)
+    wanted: Sequence[str] = ()
 
     def __init__(self) -> None:
         self.name, self.telemetry = f"fake {MARKUP}", Telemetry()
-        self.is_open, self.commands = False, 0
+        self.is_open, self.commands, self.changes = False, list[tuple[float, float]](), 0
         self._values: dict[str, Any] = {
             "filter": "kalman",
             "kalman.q1": 0.5,
             "kalman.on": True,
+            "kalman.weights": [1.0, 2.0],
+            "kalman.frame": "imu_link",
+            "complementary.gain": 0.01,
             "compare": [],
         }
 
@@ -42,6 +47,9 @@ class FakeRobot(Source):
 
     def close(self) -> None:
         self.is_open = False
+
+    def want(self, traces: Collection[str]) -> None:
+        self.wanted = sorted(traces)
 
     def poll(self) -> None:
         now = time.time_ns()
@@ -54,22 +62,30 @@ class FakeRobot(Source):
         return ShownRobot()
 
     def words(self) -> tuple[str, str]:
-        return f"balancing, filter {self._values['filter']}", "OK"
+        driven = [f"driven {speed:g} {turn:g}" for speed, turn in self.commands[-1:]]
+        wanted = [f"wanted {' '.join(self.wanted) or 'nothing'}"]
+        return "; ".join([f"balancing, filter {self._values['filter']}", *driven, *wanted]), "OK"
 
     def statuses(self) -> Sequence[Status]:
         return [Status("filter_node", "WARN", MARKUP, {"samples": "1"})]
 
     def rates(self) -> Sequence[StreamRate]:
-        return [StreamRate("imu/data", 200.0, 0.001), StreamRate("never", 0.0, math.inf)]
+        return [StreamRate("imu/data", 200.0, 0.001, 0.1), StreamRate("never", 0.0, math.inf)]
 
     def nodes(self) -> Sequence[str]:
         return ["filter_node"]
+
+    def revision(self, node: str) -> int:
+        return self.changes
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         value = self._values
         return [
             ParameterInfo("compare", value["compare"], "names"),
             ParameterInfo("filter", value["filter"], choices=("kalman", "complementary")),
+            ParameterInfo("complementary.gain", value["complementary.gain"], "gain [1]", 0.0, 1.0),
+            ParameterInfo("kalman.frame", value["kalman.frame"], "name"),
+            ParameterInfo("kalman.weights", value["kalman.weights"], "weights"),
             ParameterInfo("kalman.on", value["kalman.on"], MARKUP),
             ParameterInfo("kalman.q1", value["kalman.q1"], "noise [rad]", 0.0, 1.0),
         ]
@@ -78,6 +94,7 @@ class FakeRobot(Source):
         if name == "kalman.q1" and not 0.0 <= value <= 1.0:
             return ShownOutcome(False, f"{name}: {value} is not within 0 to 1")
         self._values[name] = value
+        self.changes += 1
         return ShownOutcome(True, f"{name} is {value}")
 
     def actions(self) -> Sequence[str]:
@@ -87,14 +104,19 @@ class FakeRobot(Source):
         return ShownOutcome(True, f"{action} done")
 
     def drive(self, speed: float, yaw_rate: float) -> None:
-        self.commands += 1
+        self.commands.append((speed, yaw_rate))
 
     def seek(self, time: float) -> None:
         raise AssertionError("live")
+
+    def position(self) -> float:
+        return 0.0
 
     def duration(self) -> float:
         return 0.0
 
 
 if __name__ in {"__main__", "__mp_main__"}:
-    serve([FakeRobot()], ServerSettings(port=int(sys.argv[1])), lambda at: print(at, flush=True))
+    host = "0.0.0.0" if "everywhere" in sys.argv else "127.0.0.1"
+    settings = ServerSettings(host, int(sys.argv[1]), read_only="read-only" in sys.argv)
+    serve([FakeRobot()], settings.secured(), lambda at: print(at, flush=True))

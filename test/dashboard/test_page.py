@@ -2,68 +2,44 @@
 
 from __future__ import annotations
 
-import os
-import socket
-import subprocess
 import sys
-import time
+import urllib.error
+import urllib.request
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 pytest.importorskip("nicegui", reason="needs the extra dashboard")
 
-from test.report.browser import NAMES, Browser, chromium
+from dashboard.looking import (
+    OUTSIDE,
+    choose,
+    free_port,
+    hide,
+    mark,
+    press,
+    process,
+    said,
+    text,
+    type_into,
+    until,
+)
+from report.browser import NAMES, Browser, chromium
 
 PAGE = Path(__file__).parent / "fake_page.py"
-TIMEOUT = 60.0
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-def until(browser: Browser, condition: str) -> Any:
-    """Return the first value of a JavaScript expression that is true."""
-    end = time.monotonic() + TIMEOUT
-    while not (found := browser.evaluate(condition)):
-        assert time.monotonic() < end, f"never true: {condition}\n{browser.complaints()}"
-        time.sleep(0.05)
-    return found
-
-
-def text(browser: Browser) -> str:
-    return str(browser.evaluate("document.body.innerText"))
-
-
-def mark(name: str) -> str:
-    return f"document.querySelector('[data-mark=\"{name}\"]')"
-
-
-def type_into(browser: Browser, name: str, value: str) -> None:
-    """Replace what a field holds, and leave it."""
-    browser.evaluate(
-        f"(() => {{ const e = {mark(name)}; const i = e.matches('input') ? e : e.querySelector"
-        f"('input'); i.focus(); i.value = '{value}'; i.dispatchEvent(new Event('input'));"
-        " i.dispatchEvent(new Event('change')); i.blur(); })()"
-    )
+def serving(*arguments: str) -> AbstractContextManager[str]:
+    """Serve a page of its own; gives its address."""
+    return process([sys.executable, str(PAGE), str(free_port()), *arguments])
 
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    port = free_port()
-    command = [sys.executable, str(PAGE), str(port)]
-    plain = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=plain) as server:
-        try:
-            assert server.stdout is not None
-            yield server.stdout.readline().strip()
-        finally:
-            server.terminate()
+    with serving() as found:
+        yield found
 
 
 @pytest.fixture
@@ -83,7 +59,7 @@ def test_pictures_arrive_and_show_the_robot(browser: Browser) -> None:
     until(browser, "twbr.robots.get(0).drawn > 3")
     until(browser, f"{mark('state')}?.innerText.includes('balancing')")
     series = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption().series.map(s => s.name)"
-    assert until(browser, f"{series}.length && {series}") == ["active", "reference"]
+    assert until(browser, f"{series}.length && {series}") == ["active", "raw", "reference"]
     until(browser, "document.body.innerText.includes('0.573')")  # the bias in deg
 
 
@@ -115,14 +91,81 @@ def test_a_parameter_is_changed_and_a_wrong_value_is_refused_with_its_reason(
     until(browser, f"{value} == '0.25'")
 
 
-def test_another_filter_is_chosen_from_the_list(browser: Browser) -> None:
-    until(browser, "document.body.innerText.includes('active filter')")
-    until(browser, f"{mark('filter')} !== null")
-    browser.evaluate(f"{mark('filter')}.closest('.q-field').click()")
-    option = "[...document.querySelectorAll('.q-item')].find(e => e.innerText == 'complementary')"
-    until(browser, f"!!{option}")
-    browser.evaluate(f"{option}.click()")
-    until(browser, f"{mark('state')}.innerText.includes('filter complementary')")
+def test_another_filter_is_chosen_and_its_parameters_are_shown(browser: Browser) -> None:
+    until(browser, f"{mark('kalman.q1')} !== null && {mark('complementary.gain')} === null")
+    choose(browser, "filter", "complementary")
+    said(browser, "filter complementary")
+    until(browser, f"{mark('kalman.q1')} === null && {mark('complementary.gain')} !== null")
+    choose(browser, "filter", "kalman")
+    said(browser, "filter kalman")
+
+
+def test_a_text_is_shown_as_it_is_and_what_is_no_list_is_refused(browser: Browser) -> None:
+    until(browser, f"{mark('kalman.frame')} !== null")
+    value = "({0}.querySelector?.('input') ?? {0}).value"
+    assert browser.evaluate(value.format(mark("kalman.frame"))) == "imu_link"
+    type_into(browser, "kalman.frame", "true: [")
+    until(browser, "document.body.innerText.includes('kalman.frame is true: [')")
+    for wrong in ("[1, 2", "3", "{", "2020-13-45"):
+        type_into(browser, "kalman.weights", wrong)
+        until(browser, f"document.body.innerText.includes('{wrong}\\' is no list')")
+        until(browser, f"{value.format(mark('kalman.weights'))} == '[1.0, 2.0]'")
+    type_into(browser, "kalman.weights", "[1e-3, 4]")
+    until(browser, "document.body.innerText.includes('kalman.weights is [0.001, 4.0]')")
+    type_into(browser, "kalman.weights", "[1.0, 2.0]")
+    type_into(browser, "kalman.frame", "imu_link")
+
+
+@pytest.mark.parametrize("end", ["key", "focus", "hidden"])
+def test_a_held_key_drives_until_it_is_let_go_or_nobody_looks(browser: Browser, end: str) -> None:
+    press(browser, "w")
+    press(browser, "a")
+    said(browser, "driven 0.2 1.5")
+    if end == "key":
+        press(browser, "w", "keyUp")
+        said(browser, "driven 0 1.5")
+        press(browser, "a", "keyUp")
+    elif end == "focus":
+        browser.evaluate("window.dispatchEvent(new Event('blur'))")
+    else:
+        hide(browser, True)
+    said(browser, "driven 0 0")
+    if end == "hidden":
+        until(browser, "twbr.robots.get(0).socket.readyState === WebSocket.CLOSED")
+        hide(browser, False)
+        frames = browser.evaluate("twbr.robots.get(0).frames")
+        until(browser, f"twbr.robots.get(0).frames > {frames + 3}")
+
+
+def test_keys_that_are_typed_into_a_field_drive_nothing(browser: Browser) -> None:
+    until(browser, f"{mark('search')} !== null")
+    browser.evaluate(
+        f"(() => {{ const e = {mark('search')}; (e.matches('input') ? e : e.querySelector('input'))"
+        ".focus(); })()"
+    )
+    press(browser, "w")
+    assert browser.evaluate("twbr.robots.get(0).pad.keys.size") == 0
+
+
+def test_the_pad_drives_while_it_is_held(browser: Browser) -> None:
+    until(browser, f"{mark('pad')} !== null")
+    box = browser.evaluate(f"(() => {{ const b = {mark('pad')}.getBoundingClientRect(); "
+                           "return [b.left + b.width / 2, b.top + b.height / 2] })()")  # fmt: skip
+    place = {"x": box[0], "button": "left", "clickCount": 1}
+    browser.call("Input.dispatchMouseEvent", type="mousePressed", y=box[1] - 16, **place)
+    said(browser, "driven 0.1 0")
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", y=box[1] + 500, **place)
+    said(browser, "driven -0.2 0")
+    browser.call("Input.dispatchMouseEvent", type="mouseReleased", y=box[1] + 500, **place)
+    said(browser, "driven 0 0")
+
+
+def test_a_trace_that_costs_much_is_received_once_the_legend_shows_it(browser: Browser) -> None:
+    said(browser, "wanted nothing")
+    chart = "getElement(twbr.robots.get(0).ids.tilt).chart"
+    until(browser, "!!twbr.robots.get(0).listened")
+    browser.evaluate(f"{chart}.dispatchAction({{ type: 'legendToggleSelect', name: 'raw' }})")
+    said(browser, "wanted raw")
 
 
 def test_an_action_shows_its_outcome(browser: Browser) -> None:
@@ -135,5 +178,30 @@ def test_it_fits_a_phone(browser: Browser) -> None:
     browser.resize(390, 844, mobile=True)
     until(browser, "window.innerWidth === 390")
     until(browser, "document.documentElement.scrollWidth <= 390")
-    widest = "Math.max(...[...document.querySelectorAll('.q-card')].map(e => e.offsetWidth))"
-    assert browser.evaluate(widest) <= 390
+    until(browser, "document.querySelectorAll('th').length >= 8")
+    assert browser.evaluate(OUTSIDE) == []
+
+
+def test_a_page_that_only_shows_offers_nothing(tmp_path: Path) -> None:
+    if chromium() is None:
+        pytest.skip(f"none of {', '.join(NAMES)} is installed")
+    with serving("read-only") as address, Browser(tmp_path) as running:
+        running.call("Page.navigate", url=address)
+        until(running, f"{mark('kalman.q1')} !== null && {mark('figures')} !== null")
+        assert "read-only" in text(running)
+        assert "restart the figures" not in text(running)
+        for name in ("calibrate", "pad"):
+            assert running.evaluate(mark(name)) is None
+        assert running.evaluate(f"{mark('kalman.q1')}.closest('.q-field--disabled') !== null")
+        assert running.complaints() == []
+
+
+def test_every_other_computer_needs_the_token() -> None:
+    with serving("everywhere") as address:
+        plain, _, token = address.partition("?token=")
+        assert token and "0.0.0.0" not in address
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(plain, timeout=30.0)
+        assert refused.value.code == 401
+        with urllib.request.urlopen(address, timeout=30.0) as answer:
+            assert answer.status == 200

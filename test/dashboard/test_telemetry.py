@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
@@ -81,3 +82,40 @@ def test_numbers_that_are_not_finite_do_not_reach_the_browser() -> None:
     pose = telemetry.frame()["pose"]
     assert pose["tilt"] is None
     assert pose["roll"] is None
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+def test_samples_that_are_not_finite_are_dropped_and_the_page_goes_on(wrong: float) -> None:
+    telemetry = Telemetry()
+    telemetry.add_reference(START, wrong)
+    telemetry.add_estimate(ACTIVE, START, wrong, 1.0)
+    telemetry.add_estimate(ACTIVE, START + 1, 0.1, wrong)
+    telemetry.add_angle("raw", START, wrong)
+    frame = telemetry.frame()
+    json.dumps(frame, allow_nan=False)
+    assert frame["traces"] == {ACTIVE: [[0.0, pytest.approx(math.degrees(0.1), abs=1e-4)]]}
+    assert telemetry.not_finite == 3
+    swing(telemetry, 1.0)
+    telemetry.frame()
+    assert telemetry.sums[ACTIVE].samples > 100
+    json.dumps(telemetry.history(), allow_nan=False)
+
+
+def test_a_clock_that_goes_back_begins_the_traces_anew() -> None:
+    telemetry = Telemetry()
+    for i in range(100):
+        telemetry.add_estimate(ACTIVE, START + i * SECOND, 0.0)
+        telemetry.frame()
+    telemetry.add_estimate(ACTIVE, START, 0.2)
+    telemetry.add_estimate("other", START + 100 * SECOND, 0.2)
+    frame = telemetry.frame()
+    assert frame["reset"] and len(frame["traces"][ACTIVE]) == 1
+    assert len(telemetry.history()["traces"][ACTIVE]) == 1
+
+
+def test_topics_of_two_clocks_do_not_disturb_each_other() -> None:
+    telemetry = Telemetry()
+    for i in range(10):
+        telemetry.add_estimate(ACTIVE, START + i * SECOND, 0.0)
+        telemetry.add_reference(START - 50 * SECOND + i * SECOND, 0.0)
+        assert "reset" not in telemetry.frame()

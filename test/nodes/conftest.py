@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -44,10 +45,9 @@ def _unused(domain: int) -> bool:
     return True
 
 
-@pytest.fixture
-def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+@contextmanager
+def reserved_domain() -> Iterator[int]:
     """Reserve an unused ROS domain; also set in the environment for child processes."""
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     for candidate in random.sample(range(1, HIGHEST_DOMAIN + 1), HIGHEST_DOMAIN):
         with (Path(tempfile.gettempdir()) / f"ros_domain_{candidate}.lock").open("w") as lock:
             try:
@@ -55,10 +55,19 @@ def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
             except OSError:
                 continue
             if _unused(candidate):
-                monkeypatch.setenv("ROS_DOMAIN_ID", str(candidate))
-                yield candidate
+                with pytest.MonkeyPatch.context() as patch:
+                    patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+                    patch.setenv("ROS_DOMAIN_ID", str(candidate))
+                    yield candidate
                 return
     pytest.fail(f"all {HIGHEST_DOMAIN} ROS domains are in use")
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    """Reserve an unused ROS domain for one test."""
+    with reserved_domain() as found:
+        yield found
 
 
 class Graph:

@@ -40,5 +40,5 @@ def run(arguments: argparse.Namespace) -> int:
     sources = [
         RecordedSource(path.name, request.runs(path, reference=False)) for path in arguments.bags
     ]
-    serve(sources, settings, lambda address: print(f"open {address}", flush=True))
+    serve(sources, settings, lambda addresses: print(f"open {addresses}", flush=True))
     return 0

@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 
 from nicegui import background_tasks, ui
 
-from .panels import ActionPanel, DiagnosticsPanel, FilterPanel, ParameterPanel, PlaybackPanel
+from .action_panel import ActionPanel
+from .diagnostics_panel import DiagnosticsPanel
+from .filter_panel import FilterPanel
+from .parameter_panel import ParameterPanel
+from .playback_panel import PlaybackPanel
 from .source import ShownRobot, Source
 
 COLORS = {"OK": "positive", "WARN": "warning", "ERROR": "negative", "STALE": "grey"}
 REFRESH = 0.5
-"""Time between two updates of words and tables [s]."""
+"""Time between two updates of the state in words [s]; tables and lists take twice as long."""
 GHOST = "#9e9e9e"
+STYLE = """
+.nicegui-content { padding: 8px }
+.nicegui-content .q-card { min-width: 0 }
+.q-table th, .q-table td { padding: 4px 6px !important; overflow-wrap: anywhere }
+.q-table th { white-space: normal }
+.twbr-state { white-space: normal; line-height: 1.3; text-align: left; padding: 4px 8px }
+.twbr-pad { position: relative; width: 96px; height: 96px; border-radius: 50%; flex: none;
+  background: rgba(25, 118, 210, 0.15); touch-action: none; cursor: pointer }
+.twbr-knob { position: absolute; left: 32px; top: 32px; width: 32px; height: 32px;
+  border-radius: 50%; background: #1976d2; pointer-events: none }
+"""
 
 
 def build_page(sources: Sequence[Source], read_only: bool) -> None:
     """Build the page of one browser."""
     ui.dark_mode(None)  # as the browser prefers
     ui.add_head_html('<script src="/dashboard/live.js"></script>')
-    ui.add_css("body { overflow-x: hidden } .nicegui-content { padding: 8px }")
+    ui.add_css(STYLE)
     if len(sources) == 1:
         RobotView(0, sources[0], read_only)
         return
-    with ui.tabs().classes("w-full") as tabs:
+    with ui.tabs().classes("w-full").props("no-caps") as tabs:
         for index, source in enumerate(sources):
             ui.tab(str(index), label=source.name)
     with ui.tab_panels(tabs, value="0", keep_alive=True).classes("w-full p-0"):
@@ -39,14 +55,14 @@ class RobotView:
     def __init__(self, index: int, source: Source, read_only: bool) -> None:
         """Build the cards into the present container."""
         self._index, self._source = index, source
+        self._refreshed = 0
         self._header()
         self._panels: list[FilterPanel | DiagnosticsPanel | PlaybackPanel | ActionPanel] = []
         with ui.element("div").classes("grid w-full gap-2 grid-cols-1 lg:grid-cols-3"):
             with ui.card().classes("w-full"):
                 scene, body, ghost, wheels = self._scene(source.geometry())
-                self._panels.append(
-                    ActionPanel(source, read_only) if source.live else PlaybackPanel(source)
-                )
+                actions = ActionPanel(source, read_only) if source.live else None
+                self._panels.append(actions or PlaybackPanel(source))
             with ui.card().classes("w-full lg:col-span-2"):
                 tilt, error = self._charts()
             with ui.card().classes("w-full"):
@@ -63,27 +79,31 @@ class RobotView:
             "wheels": wheels,
             "tilt": tilt.id,
             "error": error.id,
+            "pad": actions.pad if actions else None,
+            "onRequest": list(source.on_request),
         }
         ui.timer(REFRESH, self._refresh)
         client = ui.context.client
 
         async def begin() -> None:
             await client.connected()
-            client.run_javascript(f"twbr.start({index}, {ids})")
+            client.run_javascript(f"twbr.start({index}, {json.dumps(ids)})")
 
         background_tasks.create(begin(), name="start of the pictures")
 
     def _header(self) -> None:
         with ui.row().classes("w-full items-center"):
             ui.label(self._source.name).classes("text-h6")
-            self._chip = ui.badge("").classes("text-body1").props("data-mark=state")
+            self._chip = ui.badge("").classes("text-body1 twbr-state").props("data-mark=state")
 
     def _refresh(self) -> None:
         words, level = self._source.words()
         self._chip.set_text(words)
         self._chip.props(f"color={COLORS.get(level, 'grey')}")
-        for panel in self._panels:
-            panel.refresh()
+        self._refreshed += 1
+        if self._refreshed % 2:
+            for panel in self._panels:
+                panel.refresh()
 
     def _charts(self) -> tuple[ui.echart, ui.echart]:
         with ui.row().classes("w-full items-center"):
@@ -133,7 +153,12 @@ def _chart(legend: bool = True) -> dict[str, object]:
         "grid": {"left": 48, "right": 12, "top": 32 if legend else 8, "bottom": 28},
         "legend": {"show": legend, "type": "scroll", "top": 0},
         "tooltip": {"trigger": "axis"},
-        "xAxis": {"type": "value", "min": 0, "max": 30},
+        "xAxis": {
+            "type": "value",
+            "min": 0,
+            "max": 30,
+            "axisLabel": {"showMinLabel": False, "showMaxLabel": False},
+        },
         "yAxis": {"type": "value", "scale": True},
         "dataZoom": [
             {"type": "inside", "filterMode": "none"},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,9 @@ class RecordedSource(Source):
     def _pause(self) -> None:
         self._started = None
 
+    def want(self, traces: Collection[str]) -> None:
+        """Ignore: everything is drawn."""
+
     def poll(self) -> None:
         """Pass the samples up to the present time of the playback."""
         if self._started is None:
@@ -99,9 +102,8 @@ class RecordedSource(Source):
 
     def words(self) -> tuple[str, str]:
         """Return the time of the picture, and WARN where the recording has warnings."""
-        shown = (self._shown - self._first) * 1e-9
         state = "playing" if self._started is not None else "paused"
-        text = f"{shown:.2f} of {self.duration():.2f} s, {state}"
+        text = f"{self.position():.2f} of {self.duration():.2f} s, {state}"
         return text, "WARN" if self._warnings else "OK"
 
     def statuses(self) -> Sequence[Status]:
@@ -115,6 +117,10 @@ class RecordedSource(Source):
     def nodes(self) -> Sequence[str]:
         """Return nothing: there are no nodes."""
         return ()
+
+    def revision(self, node: str) -> int:
+        """Return 0: nothing changes."""
+        return 0
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         """Return nothing."""
@@ -148,6 +154,10 @@ class RecordedSource(Source):
         self._pass_on(max(self._first, sought - int(BEFORE * 1e9)) - 1, sought)
         if self._started is not None:
             self._play()
+
+    def position(self) -> float:
+        """Return the time that is shown [s]."""
+        return max(self._shown - self._first, 0) * 1e-9
 
     def duration(self) -> float:
         """Return the length [s]."""

@@ -1,9 +1,7 @@
-"""Serve the page: pictures over a web socket while somebody looks, everything else by NiceGUI."""
+"""Serve the page: pictures over web sockets while somebody looks, everything else by NiceGUI."""
 
 from __future__ import annotations
 
-import asyncio
-import json
 import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,10 +10,9 @@ from typing import Any
 
 from ..errors import ConfigurationError, TwbrError
 from .access import Access, is_loopback
+from .addresses import reachable
 from .source import Source
 
-PICTURES = 30.0
-"""Pictures a second."""
 STATIC = Path(__file__).parent / "static"
 
 
@@ -52,77 +49,24 @@ class ServerSettings:
             self.host, self.port, secrets.token_urlsafe(12), self.read_only, self.title
         )
 
-    def address(self) -> str:
-        """Return what to open in a browser."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
+    def addresses(self) -> list[str]:
+        """Return what to open in a browser, on another computer where one may look."""
         query = f"?token={self.token}" if self.token else ""
-        return f"http://{host}:{self.port}/{query}"
-
-
-class Pictures:
-    """Sends the frames of one source to every browser that looks at it."""
-
-    def __init__(self, source: Source) -> None:
-        """Serve `source`; it is opened with the first browser and closed after the last."""
-        self._source = source
-        self._sockets: set[Any] = set()
-        self._task: asyncio.Task[None] | None = None
-
-    async def serve(self, socket: Any) -> None:
-        """Stay with one browser until it leaves."""
-        await socket.accept()
-        if not self._sockets:
-            self._source.open()
-        await socket.send_text(_text(self._source.telemetry.history()))
-        self._sockets.add(socket)
-        if self._task is None or self._task.done():
-            self._task = asyncio.create_task(self._send())
-        try:
-            while True:
-                await socket.receive_text()  # nothing is asked of us; this ends with the browser
-        except Exception:
-            self._leave(socket)
-
-    def _leave(self, socket: Any) -> None:
-        self._sockets.discard(socket)
-        if not self._sockets:
-            self._source.close()
-
-    async def _send(self) -> None:
-        """Poll and send until nobody looks any more."""
-        loop = asyncio.get_running_loop()
-        due = loop.time()
-        while self._sockets:
-            self._source.poll()
-            frame = self._source.telemetry.frame()
-            if frame["traces"] or frame.get("reset"):
-                await self._send_to_all(_text(frame))
-            due = max(due + 1.0 / PICTURES, loop.time())
-            await asyncio.sleep(due - loop.time())
-
-    async def _send_to_all(self, text: str) -> None:
-        for socket in tuple(self._sockets):
-            try:
-                await asyncio.wait_for(socket.send_text(text), 1.0)
-            except Exception:
-                self._leave(socket)
-
-
-def _text(frame: dict[str, Any]) -> str:
-    return json.dumps(frame, separators=(",", ":"), allow_nan=False)
+        hosts = [f"[{each}]" if ":" in each else each for each in reachable(self.host)]
+        return [f"http://{host}:{self.port}/{query}" for host in hosts]
 
 
 def serve(
     sources: Sequence[Source],
     settings: ServerSettings,
-    started: Callable[[str], None] = lambda address: None,
+    started: Callable[[str], None] = lambda addresses: None,
 ) -> None:
     """Serve the page until the process is asked to stop.
 
     Args:
         sources: What to show; each gets a tab where there are several.
         settings: From `ServerSettings.secured`.
-        started: Called with the address once the page can be opened.
+        started: Called with the addresses, joined by "or", once the page can be opened.
 
     Raises:
         DashboardError: NiceGUI is missing, or the port cannot be taken.
@@ -137,9 +81,10 @@ def serve(
     from starlette.routing import WebSocketRoute
 
     from .page import build_page
+    from .pictures import Pictures
 
     _require_free(settings)
-    pictures = [Pictures(source) for source in sources]
+    pictures = [Pictures(source, settings.read_only) for source in sources]
 
     async def stream(socket: Any) -> None:
         index = socket.path_params["index"]
@@ -149,7 +94,7 @@ def serve(
     app.router.routes.insert(0, WebSocketRoute("/stream/{index:int}", stream))
     app.add_static_files("/dashboard", STATIC)
     app.add_middleware(Access, token=settings.token, loopback=is_loopback(settings.host))
-    app.on_startup(lambda: started(settings.address()))
+    app.on_startup(lambda: started(" or ".join(settings.addresses())))
 
     @ui.page("/", title=settings.title)
     def index() -> None:
@@ -163,6 +108,8 @@ def serve(
         show_welcome_message=False,
         uvicorn_logging_level="warning",
         access_log=False,
+        binding_refresh_interval=60.0,  # nothing is bound
+        ws_per_message_deflate=False,  # costs more than it saves on small messages
     )
 
 

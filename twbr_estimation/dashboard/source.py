@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -54,6 +54,8 @@ class StreamRate:
     """Messages published per second [1/s]."""
     age: float
     """Time since the newest message was received [s]; infinite before the first."""
+    longest: float = 0.0
+    """Longest time without a message since somebody looks [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +74,17 @@ class Source(Protocol):
     """What the page calls it."""
     live: bool
     telemetry: Telemetry
+    on_request: tuple[str, ...] = ()
+    """Traces that are drawn on request only."""
 
     def open(self) -> None:
         """Begin to receive: the first browser looks."""
 
     def close(self) -> None:
         """Stop receiving: nobody looks any more."""
+
+    def want(self, traces: Collection[str]) -> None:
+        """Draw these of the traces that are drawn on request only."""
 
     def poll(self) -> None:
         """Pass what has arrived to the telemetry; called about 30 times a second."""
@@ -97,6 +104,9 @@ class Source(Protocol):
     def nodes(self) -> Sequence[str]:
         """Return the nodes whose parameters can be changed."""
 
+    def revision(self, node: str) -> int:
+        """Return a number that changes with the parameters of a node, whoever changes them."""
+
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         """Return the parameters of a node; raises `TwbrError` where it does not answer."""
 
@@ -114,6 +124,9 @@ class Source(Protocol):
 
     def seek(self, time: float) -> None:
         """Go to a time of a recording [s]."""
+
+    def position(self) -> float:
+        """Return the time [s] of a recording that is shown; 0 where live."""
 
     def duration(self) -> float:
         """Return the length of a recording [s]; 0 where live."""

@@ -1,7 +1,8 @@
 """Samples of one robot between two pictures: traces, errors against the reference, pose.
 
 The page draws some 30 pictures a second. A trace keeps what has come since the last one, and
-the errors are taken where reference and estimate overlap in time. Free of ROS and of the page.
+the errors are taken where reference and estimate overlap in time. What is not finite is counted
+and dropped. Free of ROS and of the page.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ ACTIVE = "active"
 LARGEST_GAP = 0.2
 """Between two references; within a longer one nothing is interpolated [s]."""
 REFERENCES_KEPT = 256
+REPEATED = 1.0
+"""A trace that goes back by more than this begins anew: a recording again, another clock [s]."""
 
 
 @dataclass
@@ -88,6 +91,10 @@ class Telemetry:
     _waiting: deque[tuple[str, float, float, float]] = field(
         default_factory=lambda: deque(maxlen=REFERENCES_KEPT)
     )
+    not_finite: int = 0
+    """Samples that were dropped."""
+    _latest: dict[str, float] = field(default_factory=dict)
+    """Time of each trace's last sample [s]."""
     _origin: int | None = None
     _past: deque[dict[str, Any]] = field(default_factory=deque)
     _reset: bool = False
@@ -100,20 +107,20 @@ class Telemetry:
 
     def add_reference(self, stamp: int, tilt: float) -> None:
         """Take the reference's tilt [rad]."""
-        time = self.seconds(stamp)
-        if self._references and time <= self._references[-1][0]:
-            if time < self._references[-1][0] - 1.0:
-                self._references.clear()  # another pass of a recording
-            else:
-                return
+        time = self._time(REFERENCE, stamp, tilt)
+        if time is None or (self._references and time <= self._references[-1][0]):
+            return
         self._references.append((time, tilt * DEGREES))
         self.pose.reference = tilt
         self._new.setdefault(REFERENCE, []).append((time, tilt * DEGREES))
 
     def add_estimate(self, name: str, stamp: int, tilt: float, variance: float = 0.0) -> None:
         """Take an estimated tilt [rad] and its variance [rad^2]; 0 where unknown."""
-        time = self.seconds(stamp)
-        deviation = math.sqrt(variance) * DEGREES if variance > 0.0 else 0.0
+        time = self._time(name, stamp, tilt)
+        if time is None:
+            return
+        known = 0.0 < variance < math.inf
+        deviation = math.sqrt(variance) * DEGREES if known else 0.0
         self._new.setdefault(name, []).append((time, tilt * DEGREES))
         if name == ACTIVE:
             self.pose.tilt = tilt
@@ -121,7 +128,20 @@ class Telemetry:
 
     def add_angle(self, name: str, stamp: int, tilt: float) -> None:
         """Take an angle that is drawn and not scored [rad]."""
-        self._new.setdefault(name, []).append((self.seconds(stamp), tilt * DEGREES))
+        time = self._time(name, stamp, tilt)
+        if time is not None:
+            self._new.setdefault(name, []).append((time, tilt * DEGREES))
+
+    def _time(self, name: str, stamp: int, tilt: float) -> float | None:
+        """Return a sample's time [s]; None for one that is dropped because it is not finite."""
+        if not math.isfinite(tilt):
+            self.not_finite += 1
+            return None
+        time = self.seconds(stamp)
+        if time < self._latest.get(name, -math.inf) - REPEATED:
+            self.forget()
+        self._latest[name] = time
+        return time
 
     def restart_figures(self) -> None:
         """Begin the running figures anew."""
@@ -143,19 +163,14 @@ class Telemetry:
 
     def history(self) -> dict[str, Any]:
         """Return the last `HISTORY` seconds as one frame, for a browser that has just come."""
-        traces: dict[str, list[list[float]]] = {}
-        errors: list[list[float]] = []
-        for frame in self._past:
-            for name, points in frame["traces"].items():
-                traces.setdefault(name, []).extend(points)
-            errors.extend(frame["errors"])
-        return {"traces": traces, "errors": errors, "pose": self.pose.values(), "reset": True}
+        return {**merged(self._past), "pose": self.pose.values(), "reset": True}
 
     def forget(self) -> None:
         """Drop everything: another part of a recording, or another time."""
         self._past.clear()
         self._references.clear()
         self._waiting.clear()
+        self._latest.clear()
         self._new, self._errors, self._reset = {}, [], True
 
     def _keep(self, frame: Mapping[str, Any]) -> None:
@@ -192,6 +207,21 @@ class Telemetry:
             return None
         rate = ((y1 - y0 + 180.0) % 360.0 - 180.0) / (t1 - t0)
         return y0 + rate * (time - t0), rate
+
+
+def merged(frames: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return consecutive frames as one, with the newest pose."""
+    traces: dict[str, list[list[float]]] = {}
+    errors: list[list[float]] = []
+    joined: dict[str, Any] = {}
+    for frame in frames:
+        if frame.get("reset"):
+            traces, errors, joined = {}, [], {"reset": True}
+        for name, points in frame["traces"].items():
+            traces.setdefault(name, []).extend(points)
+        errors.extend(frame["errors"])
+        joined["pose"] = frame["pose"]
+    return {"traces": traces, "errors": errors, **joined}
 
 
 def _rounded(points: Iterable[tuple[float, ...]]) -> list[list[float]]:

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import signal
 import threading
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -22,9 +21,11 @@ from rclpy.signals import SignalHandlerOptions
 from ..dashboard.server import ServerSettings, serve
 from ..errors import TwbrError
 from ..parameters.bounds import Bounds, Meaning
+from ..streams.mishaps import described
 from .declarations import declarations_of, settings_from
 from .graph_robot import GraphRobot
 from .parameters import NodeParameters
+from .spin import WAKE_PERIOD, make_executor
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,10 @@ class DashboardNode(Node):
     def destroy_node(self) -> None:
         """End recordings and leave the graph."""
         for robot in self.robots:
-            robot.end()
+            try:
+                robot.end()
+            except TwbrError as error:
+                self.get_logger().error(str(error))
         self._taker.destroy_node()
         super().destroy_node()
 
@@ -83,24 +87,25 @@ def main(arguments: list[str] | None = None) -> int:
     """Serve the page until the process is asked to stop."""
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     node: DashboardNode | None = None
-    executor = SingleThreadedExecutor()
+    executor, stop = make_executor(), threading.Event()
     try:
         node = DashboardNode()
         executor.add_node(node)
-        threading.Thread(target=_spin, args=(executor,), daemon=True).start()
+        threading.Thread(target=_spin, args=(executor, node, stop), daemon=True).start()
         settings = node.settings
         server = ServerSettings(
             settings.host, settings.port, settings.token, settings.read_only, "twbr"
         ).secured()
         logger = node.get_logger()
         signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
-        serve(node.robots, server, lambda address: logger.info(f"open {address}"))
+        serve(node.robots, server, lambda addresses: logger.info(f"open {addresses}"))
     except TwbrError as error:
         get_logger("dashboard_node").fatal(str(error))
         return 1
     except KeyboardInterrupt:
         pass
     finally:
+        stop.set()
         executor.shutdown(timeout_sec=1.0)
         if node is not None:
             node.destroy_node()
@@ -108,9 +113,17 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _spin(executor: SingleThreadedExecutor) -> None:
-    with suppress(ExternalShutdownException):
-        executor.spin()
+def _spin(executor: Executor, node: Node, stop: threading.Event) -> None:
+    """Serve what arrives until the end; a defect in one callback does not end the others."""
+    while rclpy.ok() and not stop.is_set():
+        try:
+            executor.spin_once(timeout_sec=WAKE_PERIOD)
+        except ExternalShutdownException:
+            return
+        except Exception as error:
+            if stop.is_set() or not rclpy.ok():
+                return
+            node.get_logger().error(described(error), throttle_duration_sec=10.0)
 
 
 if __name__ == "__main__":

@@ -43,13 +43,14 @@ class GraphRecorder:
         self._node, self._space, self._folder = node, space, Path(folder).expanduser()
         self._requests = requests
         self._recorder: BagRecorder | None = None
+        self._starting = False
         self._subscriptions: list[Any] = []
         self._target = Path()
 
     @property
     def running(self) -> bool:
-        """Whether a recording is being made."""
-        return self._recorder is not None
+        """Whether a recording is being made, or about to be."""
+        return self._recorder is not None or self._starting
 
     async def start(self) -> Path:
         """Begin a recording and return its folder.
@@ -57,12 +58,20 @@ class GraphRecorder:
         Raises:
             TwbrError: the folder cannot be written, or a recording is running.
         """
+        if self.running:
+            raise TwbrError(f"{self._target}: is being recorded; stop it first")
+        self._starting = True  # before anything is awaited: two browsers may ask at once
+        try:
+            robot, calibration = await self._described()
+            self._begin(robot, calibration)
+        finally:
+            self._starting = False
+        return self._target
+
+    def _begin(self, robot: Robot, calibration: Calibration) -> None:
         from ..bags.recorder import BagRecorder  # loads the readers of recordings, which is slow
 
-        if self._recorder is not None:
-            raise TwbrError(f"{self._target}: is being recorded; stop it first")
-        robot, calibration = await self._described()
-        self._target = self._folder / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+        self._target = self._folder / self._name()
         types = {f"/{topic}": _type_name(kind) for topic, kind in TOPICS.items()}
         recorder = BagRecorder(self._target, types)
         config = recorder.folder / CONFIG_FOLDER
@@ -77,7 +86,11 @@ class GraphRecorder:
             )
             for topic, kind in TOPICS.items()
         ]
-        return self._target
+
+    def _name(self) -> str:
+        """Return a name after the time and the robot; robots may begin in the same second."""
+        robot = self._space.strip("/").replace("/", "_")
+        return f"{datetime.now():%Y-%m-%d_%H-%M-%S}{'_' if robot else ''}{robot}"
 
     def _writing(self, recorder: BagRecorder, topic: str) -> Callable[[bytes], None]:
         clock = self._node.get_clock()
@@ -94,7 +107,11 @@ class GraphRecorder:
         return Robot(), Calibration()
 
     def stop(self) -> str:
-        """End the recording and return what was recorded."""
+        """End the recording and return what was recorded.
+
+        Raises:
+            TwbrError: it could not be written.
+        """
         recorder, self._recorder = self._recorder, None
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import qos_profile_parameter_events
 
 from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot
 from ..errors import TwbrError
@@ -33,6 +35,10 @@ class Requests:
         self._node, self._space = node, space
         self._parameters: dict[str, AsyncParameterClient] = {}
         self._services: dict[str, Any] = {}
+        self._revisions: Counter[str] = Counter()
+        node.create_subscription(
+            ParameterEvent, "/parameter_events", self._on_event, qos_profile_parameter_events
+        )
         self.geometry = ShownRobot()
         """Dimensions from the last parameters that held any."""
 
@@ -44,6 +50,15 @@ class Requests:
             if space.rstrip("/") == self._space and not name.startswith(("_", "dashboard_"))
         }
         return sorted(found, key=lambda name: (not name.endswith(ENDING), name))
+
+    def _on_event(self, event: ParameterEvent) -> None:
+        space, _, name = event.node.rpartition("/")
+        if space == self._space:
+            self._revisions[name] += 1
+
+    def revision(self, node: str) -> int:
+        """Return a number that changes with the parameters of a node, whoever changes them."""
+        return self._revisions[node]
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         """Return the parameters of a node with value, bounds and text.
@@ -78,8 +93,10 @@ class Requests:
             request = Parameter(name, value=value)
             client = self._client(node)
             answer = await self._answer(client.set_parameters([request]), node)
-        except (TwbrError, ValueError, TypeError) as error:
+        except TwbrError as error:
             return ShownOutcome(False, f"{name}: {error}")
+        except (ValueError, TypeError, AssertionError, OverflowError, AttributeError):
+            return ShownOutcome(False, f"{name}: {value!r} is no value of a parameter")
         (result,) = answer.results
         if not result.successful:
             return ShownOutcome(False, f"{name}: {result.reason}")

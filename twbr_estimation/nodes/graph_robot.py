@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot, Source, Status, StreamRate
+from ..dashboard.state import RANK, SILENT_AFTER, state_in_words
 from ..dashboard.telemetry import ACTIVE, Telemetry
 from ..errors import TwbrError
 from ..messages import ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
@@ -23,7 +25,7 @@ from ..streams.messages import JointStateDecoder, decode_imu, decode_raw_imu
 from .graph_recorder import GraphRecorder
 from .graph_requests import Requests
 from .qos import latched
-from .sampled_topic import SampledTopic
+from .sampled_topic import SampledTopic, Turns
 
 LEVELS = {
     DiagnosticStatus.OK: "OK",
@@ -31,9 +33,12 @@ LEVELS = {
     DiagnosticStatus.ERROR: "ERROR",
     DiagnosticStatus.STALE: "STALE",
 }
-RANK = ("OK", "STALE", "WARN", "ERROR")
 SILENCE = 1.0
-"""A tilt older than this is stale [s]; diagnostics, three times as much."""
+"""A tilt older than this is stale [s]."""
+ENCAPSULATION = 4
+"""Bytes of a serialised message before its content."""
+DRAWN_ON_REQUEST = {"raw": "imu/data_raw", "corrected": "imu/data_corrected"}
+"""Topics by the trace that needs them; they are fast, and cost most of what the page costs."""
 WHEELS = ("left_wheel_joint", "right_wheel_joint", SINGLE_WHEEL_JOINT)
 PUSH = 3.0
 """Force of a push on the simulated robot [N]."""
@@ -48,6 +53,7 @@ class GraphRobot(Source):
     """Connects the page to the nodes of one namespace."""
 
     live = True
+    on_request = tuple(DRAWN_ON_REQUEST)
 
     def __init__(self, node: Node, taker: Node, namespace: str, folder: str) -> None:
         """Prepare; nothing fast is received until `open`.
@@ -65,6 +71,8 @@ class GraphRobot(Source):
         self._node, self._taker = node, taker
         self._statuses: dict[str, tuple[float, Status]] = {}
         self._topics: list[SampledTopic] = []
+        self._turns = Turns(())
+        self._wanted: frozenset[str] = frozenset()
         self._valid: bool | None = None
         self._decoders: dict[str, JointStateDecoder] = {}
         self._compare: tuple[str, ...] = ()
@@ -72,7 +80,6 @@ class GraphRobot(Source):
         self._recorder = GraphRecorder(node, self._space, folder, self._requests)
         self._drive = node.create_publisher(TwistStamped, f"{self._space}/cmd_vel", 10)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
-        node.create_subscription(Bool, f"{self._space}/tilt/valid", self._on_valid, latched())
 
     # What arrives
 
@@ -86,35 +93,55 @@ class GraphRobot(Source):
             level = LEVELS.get(status.level, "STALE")
             self._statuses[name] = (now, Status(name, level, status.message, values))
 
-    def _on_valid(self, message: Bool) -> None:
-        self._valid = bool(message.data)
+    def _on_valid(self, data: bytes) -> None:
+        self._valid = data[ENCAPSULATION:] != b"\0"
 
     def open(self) -> None:
         """Subscribe to the fast topics."""
         if self._topics:
             return
-        handlers: Sequence[tuple[str, Any, int, Callable[[bytes], None]]] = (
-            ("reference/joint_states", JointState, 32, self._on_reference),
-            ("imu/data", Imu, 1, self._on_imu),
-            ("tilt/compare", JointState, 1, self._on_compare),
-            ("joint_states", JointState, 1, self._on_wheels),
-            ("imu/data_corrected", Imu, 1, self._on_corrected),
-            ("imu/data_raw", Imu, 1, self._on_raw),
-            ("motor/command", Float64MultiArray, 1, lambda data: None),
-        )
         self._topics = [
-            SampledTopic(self._taker, f"{self._space}/{topic}", kind, depth, handler)
-            for topic, kind, depth, handler in handlers
+            self._sampled("reference/joint_states", JointState, 32, self._on_reference),
+            self._sampled("imu/data", Imu, 1, self._on_imu),
+            self._sampled("tilt/compare", JointState, 1, self._on_compare),
+            self._sampled("joint_states", JointState, 1, self._on_wheels),
+            self._sampled("tilt/valid", Bool, 1, self._on_valid, latched()),
         ]
+        for topic in self._topics:
+            topic.begin()
+        others = [
+            self._sampled("imu/data_raw", Imu, 1, self._on_raw),
+            self._sampled("imu/data_corrected", Imu, 1, self._on_corrected),
+            self._sampled("motor/command", Float64MultiArray, 1, lambda data: None),
+        ]
+        self._topics += others
+        self._turns = Turns(others)
+
+    def _sampled(
+        self,
+        topic: str,
+        kind: Any,
+        depth: int,
+        handle: Callable[[bytes], None],
+        quality: QoSProfile | None = None,
+    ) -> SampledTopic:
+        name = f"{self._space}/{topic}"
+        return SampledTopic(self._taker, name, kind, depth, handle, quality)
 
     def close(self) -> None:
         """Leave the fast topics."""
         for topic in self._topics:
-            topic.destroy()
+            topic.end()
         self._topics = []
+
+    def want(self, traces: Collection[str]) -> None:
+        """Draw these traces of those that are not always drawn."""
+        self._wanted = frozenset(traces)
 
     def poll(self) -> None:
         """Take what has arrived."""
+        wanted = {f"{self._space}/{DRAWN_ON_REQUEST[name]}" for name in self._wanted}
+        self._turns.go_on(time.monotonic(), wanted)
         for topic in self._topics:
             topic.take()
 
@@ -131,6 +158,9 @@ class GraphRobot(Source):
     def _on_imu(self, data: bytes) -> None:
         stamp, values = decode_imu(data)
         x, y, z, w = values[ORIENTATION : ORIENTATION + 4]
+        if not math.isfinite(x + y + z + w):
+            self.telemetry.not_finite += 1
+            return
         variance = values[ORIENTATION_COVARIANCE + 4]
         self.telemetry.pose.roll = math.asin(max(-1.0, min(1.0, 2.0 * (y * z + w * x))))
         tilt = tilt_of_quaternion(x, y, z, w)
@@ -143,13 +173,14 @@ class GraphRobot(Source):
 
     def _on_corrected(self, data: bytes) -> None:
         stamp, values = decode_imu(data)
-        if values[ORIENTATION_COVARIANCE] >= 0.0:
+        if "corrected" in self._wanted and values[ORIENTATION_COVARIANCE] >= 0.0:
             tilt = tilt_of_quaternion(*values[ORIENTATION : ORIENTATION + 4])
             self.telemetry.add_angle("corrected", stamp, tilt)
 
     def _on_raw(self, data: bytes) -> None:
         stamp, values = decode_raw_imu(data)
-        self.telemetry.add_angle("raw", stamp, math.atan2(-values[3], values[5]))
+        if "raw" in self._wanted:
+            self.telemetry.add_angle("raw", stamp, math.atan2(-values[3], values[5]))
 
     def _on_wheels(self, data: bytes) -> None:
         _, joints = self._decoded("wheels", data)
@@ -169,33 +200,29 @@ class GraphRobot(Source):
     def statuses(self) -> Sequence[Status]:
         """Return the latest diagnostics by node, the worst first; silent nodes are stale."""
         now, found = time.monotonic(), []
-        for received, each in self._statuses.values():
+        for received, each in tuple(self._statuses.values()):
             age = now - received
             level, message = each.level, each.message
-            if age > 3.0 * SILENCE:
+            if age > SILENT_AFTER:
                 level, message = "STALE", f"silent for {age:.0f} s; last: {each.message}"
             found.append(Status(each.name, level, message, each.values, age))
         return sorted(found, key=lambda each: (-RANK.index(each.level), each.name))
 
     def words(self) -> tuple[str, str]:
-        """Return the robot's state: that of controller and filter, and whether the tilt holds."""
+        """Return the robot's state in words, and its level."""
         ages = {topic.name: topic.age() for topic in self._topics}
-        if self._topics and ages.get(f"{self._space}/imu/data", math.inf) > SILENCE:
-            return "stale: no tilt arrives", "STALE"
-        by_name = {each.name: each for each in self.statuses()}
-        shown = [by_name[name] for name in ("controller_node", "filter_node") if name in by_name]
-        shown = [each for each in shown if each.name == "controller_node" or each.level != "OK"]
-        parts = [each.message for each in shown] or ["estimating"]
-        level = max((each.level for each in shown), key=RANK.index, default="OK")
-        if self._valid is False:
-            parts.append("tilt not valid")
-            level = "ERROR"
-        return "; ".join(parts), level
+        silent = bool(ages) and ages.get(f"{self._space}/imu/data", math.inf) > SILENCE
+        return state_in_words(self.statuses(), silent, self._valid)
 
     def rates(self) -> Sequence[StreamRate]:
         """Return how the topics arrive."""
         return [
-            StreamRate(topic.name.removeprefix(f"{self._space}/"), topic.rate(), topic.age())
+            StreamRate(
+                topic.name.removeprefix(f"{self._space}/"),
+                topic.rate(),
+                topic.age(),
+                topic.longest,
+            )
             for topic in self._topics
         ]
 
@@ -204,6 +231,10 @@ class GraphRobot(Source):
     def nodes(self) -> Sequence[str]:
         """Return the nodes of the robot that are in the graph."""
         return self._requests.nodes()
+
+    def revision(self, node: str) -> int:
+        """Return a number that changes with the parameters of a node."""
+        return self._requests.revision(node)
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         """Return the parameters of a node.
@@ -262,6 +293,10 @@ class GraphRobot(Source):
 
     def seek(self, time: float) -> None:
         """Ignore; a live robot has no other time."""
+
+    def position(self) -> float:
+        """Return 0: live."""
+        return 0.0
 
     def duration(self) -> float:
         """Return 0: live."""

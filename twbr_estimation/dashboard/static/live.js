@@ -1,8 +1,17 @@
 // Draws what comes over the web socket: traces and errors into charts, the pose into the scene.
-// One picture per animation frame at most, none while the page is hidden.
+// One picture per animation frame at most; a hidden page leaves the stream. Keys and the pad drive:
+// a command is repeated while it is held, and ends with the key, the page's focus or the connection.
 
 const WINDOW = 30.0; // seconds kept and shown
 const BAND = "2 sigma";
+const REPEAT = 100; // of a held command [ms]
+const RECONNECT = 1000; // [ms]
+const KNOB = 32; // way of the knob from the middle of the pad [px]
+const DIRECTIONS = {
+  w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1],
+  arrowup: [1, 0], arrowdown: [-1, 0], arrowleft: [0, 1], arrowright: [0, -1],
+};
+const PUSHES = { q: "push back", e: "push forward" };
 
 const styles = {
   reference: { color: "#888888", width: 2 },
@@ -26,33 +35,44 @@ class Robot {
   constructor(index, ids) {
     this.index = index;
     this.ids = ids;
-    this.traces = new Map();
-    this.errors = [];
+    this.shown = [];
+    this.clear();
     this.pose = {};
     this.paused = false;
     this.dirty = false;
     this.drawn = 0;
     this.frames = 0;
     this.known = "";
+    this.pad = new Pad(ids.pad === null ? null : getHtmlElement(ids.pad), (command) => this.say({ drive: command }));
     this.connect();
     requestAnimationFrame(() => this.draw());
   }
 
   connect() {
+    if (this.closed || document.hidden || this.socket?.readyState <= WebSocket.OPEN) return;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.socket = new WebSocket(`${scheme}://${location.host}/stream/${this.index}`);
+    this.socket.onopen = () => this.say({ show: this.shown });
     this.socket.onmessage = (event) => this.take(JSON.parse(event.data));
     this.socket.onclose = () => {
-      if (!this.closed) setTimeout(() => this.connect(), 1000);
+      this.pad.release();
+      setTimeout(() => this.connect(), RECONNECT);
     };
+  }
+
+  // The page is hidden or shown again.
+  look(hidden) {
+    if (hidden) this.socket?.close();
+    else this.connect();
+  }
+
+  say(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
   take(frame) {
     this.frames += 1;
-    if (frame.reset) {
-      this.traces.clear();
-      this.errors = [];
-    }
+    if (frame.reset) this.clear();
     for (const [name, points] of Object.entries(frame.traces)) {
       if (!this.traces.has(name)) this.traces.set(name, []);
       this.traces.get(name).push(...points);
@@ -61,6 +81,17 @@ class Robot {
     this.pose = frame.pose;
     this.trim();
     this.dirty = true;
+  }
+
+  clear() {
+    this.traces = new Map(this.ids.onRequest.map((name) => [name, []]));
+    this.errors = [];
+  }
+
+  // Ask for the traces on request that the legend shows.
+  show(selected) {
+    this.shown = this.ids.onRequest.filter((name) => selected[name]);
+    this.say({ show: this.shown });
   }
 
   latest() {
@@ -117,6 +148,10 @@ class Robot {
       for (const name of fresh) option.legend.selected[name] = !styles[name]?.off;
     }
     tilt.setOption(option);
+    if (this.listened !== tilt) {
+      this.listened = tilt;
+      tilt.on("legendselectchanged", (event) => this.show(event.selected));
+    }
     const band = (sign) => this.errors.map(([t, , deviation]) => [t, sign * 2 * deviation]);
     const edge = { type: "line", name: BAND, showSymbol: false, animation: false, color: "#bbbbbb" };
     error.setOption({
@@ -151,7 +186,89 @@ class Robot {
 
   close() {
     this.closed = true;
-    this.socket.close();
+    this.pad.close();
+    this.socket?.close();
+  }
+}
+
+// What keys and a finger ask for: shares of the largest speed forward and of the turn to the left.
+class Pad {
+  constructor(element, send) {
+    this.element = element;
+    this.send = send;
+    this.keys = new Map();
+    this.finger = null;
+    this.stick = [0, 0];
+    if (!element) return;
+    element.addEventListener("pointerdown", (event) => {
+      this.finger = event.pointerId;
+      element.setPointerCapture(event.pointerId);
+      this.point(event);
+    });
+    element.addEventListener("pointermove", (event) => this.point(event));
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      element.addEventListener(end, (event) => this.lift(event));
+    }
+  }
+
+  get visible() {
+    return !!this.element?.offsetParent;
+  }
+
+  point(event) {
+    if (event.pointerId !== this.finger) return;
+    const box = this.element.getBoundingClientRect();
+    const share = (way) => Math.max(-1, Math.min(1, way / KNOB));
+    this.stick = [
+      -share(event.clientY - box.top - box.height / 2),
+      -share(event.clientX - box.left - box.width / 2),
+    ];
+    this.update();
+  }
+
+  lift(event) {
+    if (event.pointerId !== this.finger) return;
+    this.finger = null;
+    this.stick = [0, 0];
+    this.update();
+  }
+
+  press(key) {
+    this.keys.set(key, DIRECTIONS[key]);
+    this.update();
+  }
+
+  letGo(key) {
+    if (this.keys.delete(key)) this.update();
+  }
+
+  release() {
+    this.keys.clear();
+    this.finger = null;
+    this.stick = [0, 0];
+    this.update();
+  }
+
+  command() {
+    if (!this.visible) return [0, 0];
+    const sum = (i) => [...this.keys.values()].reduce((total, each) => total + each[i], this.stick[i]);
+    return [0, 1].map((i) => Math.max(-1, Math.min(1, sum(i))));
+  }
+
+  // Send what is held, now and again until it is nothing.
+  update() {
+    const command = this.command();
+    const held = command[0] !== 0 || command[1] !== 0;
+    if (held || this.timer) this.send(command);
+    const knob = this.element?.firstElementChild;
+    if (knob) knob.style.transform = `translate(${-KNOB * command[1]}px, ${-KNOB * command[0]}px)`;
+    clearTimeout(this.timer);
+    this.timer = held ? setTimeout(() => this.update(), REPEAT) : null;
+  }
+
+  close() {
+    this.release();
+    this.element = null;
   }
 }
 
@@ -171,3 +288,39 @@ window.twbr = {
     }
   },
 };
+
+// The pad on the robot's tab that is shown.
+function shownRobot() {
+  return [...window.twbr.robots.values()].find((robot) => robot.pad.visible);
+}
+
+function isTyping(event) {
+  const { target } = event;
+  return target instanceof HTMLElement && (target.isContentEditable
+    || (["INPUT", "TEXTAREA", "SELECT"].includes(target.tagName) || target.closest(".q-slider, .q-select")));
+}
+
+function releaseAll() {
+  for (const robot of window.twbr.robots.values()) robot.pad.release();
+}
+
+addEventListener("keydown", (event) => {
+  const robot = shownRobot(), key = event.key.toLowerCase();
+  if (!robot || isTyping(event) || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (DIRECTIONS[key]) {
+    event.preventDefault();
+    if (!event.repeat) robot.pad.press(key);
+  } else if (PUSHES[key] && !event.repeat) {
+    const card = robot.pad.element.closest(".q-card");
+    card?.querySelector(`[data-mark="${PUSHES[key]}"]`)?.click();
+  }
+});
+addEventListener("keyup", (event) => {
+  for (const robot of window.twbr.robots.values()) robot.pad.letGo(event.key.toLowerCase());
+});
+addEventListener("blur", releaseAll);
+addEventListener("pagehide", releaseAll);
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden) releaseAll();
+  for (const robot of window.twbr.robots.values()) robot.look(document.hidden);
+});

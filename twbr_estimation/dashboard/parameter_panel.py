@@ -1,0 +1,121 @@
+"""Every parameter of a node, and the settings of the filter node as a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from ..errors import TwbrError
+from .notices import Notices
+from .parameter_editor import ParameterEditor
+from .source import ParameterInfo, ShownOutcome, Source
+from .values import settings_yaml
+
+FILTER_NODE = "filter_node"
+FILTER = "filter"
+CONTROLLER = "controller"
+LOOK = 1.0
+"""Time between two looks for other nodes and changed parameters [s]."""
+
+
+class ParameterPanel:
+    """The parameters of one node; a change from elsewhere is shown as well."""
+
+    def __init__(self, source: Source, read_only: bool) -> None:
+        """Build the panel."""
+        self._source, self._read_only = source, read_only
+        self._notices = Notices()
+        self._found: list[ParameterInfo] = []
+        self._editors: dict[str, ParameterEditor] = {}
+        self._laid_out: object = None
+        self._read: object = None
+        """Node and revision that are shown."""
+        ui.label("Parameters").classes("text-subtitle1")
+        with ui.row().classes("w-full items-center no-wrap"):
+            self._node = ui.select([], label="node", on_change=lambda: self._load()).classes("grow")
+            self._node.props("data-mark=node")
+            ui.button(icon="refresh", on_click=lambda: self._load()).props("flat dense")
+        self._search = ui.input("search", on_change=self._fill).classes("w-full")
+        self._search.props("clearable dense data-mark=search")
+        self._all = ui.switch("all filters and controllers", on_change=self._fill)
+        self._list = ui.scroll_area().classes("w-full h-96")
+        save = ui.button("save as filters.yaml", icon="download", on_click=self._save)
+        save.props("flat dense no-caps data-mark=save")
+        ui.timer(LOOK, self._look, immediate=True)
+
+    async def _look(self) -> None:
+        """Find the nodes; read again what has changed."""
+        names = list(self._source.nodes())
+        if names != self._node.options:
+            chosen = self._node.value if self._node.value in names else None
+            preferred = FILTER_NODE if FILTER_NODE in names else None
+            self._node.set_options(names, value=chosen or preferred)
+        node = self._node.value
+        if node and (node, self._source.revision(node)) != self._read:
+            await self._load(aloud=False)
+
+    async def _load(self, aloud: bool = True) -> None:
+        """Read the parameters of the node; `aloud` shows why it does not answer."""
+        node = self._node.value
+        if not node:
+            return
+        read = node, self._source.revision(node)
+        try:
+            self._found = list(await self._source.parameters(node))
+        except TwbrError as error:
+            if aloud:
+                self._notices.show(ShownOutcome(False, str(error)))
+            return
+        self._read = read
+        self._fill()
+
+    def _shown(self) -> list[ParameterInfo]:
+        """Return the parameters that match the search, without those of inactive filters."""
+        wanted = (self._search.value or "").lower()
+        by_name = {each.name: each for each in self._found}
+        choices, active = set[str](), set[str]()
+        for name in (FILTER, CONTROLLER):
+            if name in by_name:
+                choices.update(by_name[name].choices)
+                active.add(str(by_name[name].value))
+        kept = []
+        for each in self._found:
+            owner = each.name.partition(".")[0]
+            inactive = owner in choices and owner not in active
+            if wanted in each.name.lower() and (self._all.value or wanted or not inactive):
+                kept.append(each)
+        return kept
+
+    def _fill(self) -> None:
+        """Show the values; the list is built anew only where it has other entries."""
+        shown = self._shown()
+        layout = [self._node.value, *((each.name, type(each.value)) for each in shown)]
+        if layout != self._laid_out:
+            self._laid_out = layout
+            self._list.clear()
+            with self._list:
+                self._editors = {each.name: self._editor(each) for each in shown}
+            return
+        for each in shown:
+            self._editors[each.name].set(each.value)
+
+    def _editor(self, info: ParameterInfo) -> ParameterEditor:
+        disabled = self._read_only or info.read_only
+        return ParameterEditor(info, disabled, self._change, self._refuse)
+
+    def _refuse(self, name: str, reason: str) -> None:
+        self._notices.show(ShownOutcome(False, f"{name}: {reason}"))
+
+    async def _change(self, name: str, value: Any) -> None:
+        self._notices.show(await self._source.set_parameter(self._node.value, name, value))
+        await self._load()  # a refused value goes back to the one in force
+
+    async def _save(self) -> None:
+        """Offer the filter node's settings as a parameter file."""
+        try:
+            found = await self._source.parameters(FILTER_NODE)
+        except TwbrError as error:
+            self._notices.show(ShownOutcome(False, str(error)))
+            return
+        ui.download(settings_yaml(found).encode(), "filters.yaml")
