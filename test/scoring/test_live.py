@@ -126,3 +126,15 @@ def test_memory_is_bounded_while_the_figures_go_on() -> None:
     (estimator,) = evaluation._estimators.values()
     assert estimator.values.stamps.size <= 6001
     assert evaluation.scores()["one"].samples == count
+
+
+def test_values_that_were_lost_on_the_way_leave_a_mark() -> None:
+    evaluation = LiveEvaluation()
+    for index in range(1000):
+        stamp = 10**12 + index * 2_000_000 + (index % 3) * 100_000
+        evaluation.add_reference(stamp, 0.1)
+        if not 400 <= index < 437 and index != 700:
+            evaluation.add_estimate("kalman", stamp, 0.1)
+        if index % 250 == 249:
+            evaluation.update()
+    assert evaluation.result().repairs == {"kalman: values missing between its stamps": 38}

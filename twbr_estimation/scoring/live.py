@@ -28,6 +28,8 @@ from .errors import (
 
 HISTORY = 60.0
 """The delay is found over this last stretch of time [s]."""
+FEWEST = 20
+"""Values from which on the time between two of them is known."""
 _HISTORY = round(HISTORY * 1e9)
 _RESTART = round(RESTART_GAP * 1e9)
 
@@ -39,6 +41,8 @@ class TiltBuffer:
         """Start empty."""
         self.refused = 0
         """Values that were not finite, or whose stamp was not after the one before."""
+        self.missing = 0
+        """Values for which steps of the stamps have room, as where messages were lost."""
         self.last_stamp: int | None = None
         self.stamps: StampArray = np.empty(0, dtype=np.int64)
         self.tilt: FloatArray = np.empty(0)
@@ -66,10 +70,22 @@ class TiltBuffer:
             return
         stamps, tilt = zip(*self._fresh, strict=True)
         self._fresh = []
+        known = max(self.stamps.size - 1, 0)
         self.stamps = np.concatenate([self.stamps, np.array(stamps, dtype=np.int64)])
+        self.missing += _missing(self.stamps, known)
         self.tilt = np.concatenate([self.tilt, np.array(tilt, dtype=np.float64)])
         first = int(np.searchsorted(self.stamps, self.stamps[-1] - _HISTORY))
         self.stamps, self.tilt = self.stamps[first:], self.tilt[first:]
+
+
+def _missing(stamps: StampArray, known: int) -> int:
+    """Return for how many values the steps from the stamp of index `known` on have room."""
+    steps = np.diff(stamps)
+    if steps.size < FEWEST:
+        return 0
+    usual = float(np.mean(steps[steps < 1.5 * np.median(steps)]))
+    room = np.rint(steps[known:] / usual) - 1.0
+    return int(np.sum(room[room > 0.0]))
 
 
 class _Estimator:
@@ -108,6 +124,13 @@ class LiveEvaluation:
         buffers = {name: entry.values for name, entry in self._estimators.items()}
         buffers["reference"] = self._reference
         return {name: buffer.refused for name, buffer in buffers.items() if buffer.refused}
+
+    @property
+    def missing(self) -> Mapping[str, int]:
+        """Values that steps of the stamps have room for, by source."""
+        buffers = {name: entry.values for name, entry in self._estimators.items()}
+        buffers["reference"] = self._reference
+        return {name: buffer.missing for name, buffer in buffers.items() if buffer.missing}
 
     def ends_before(self, stamp: int) -> bool:
         """Whether a reference of this stamp [ns] is the first of another pass.
@@ -189,7 +212,13 @@ class LiveEvaluation:
             dt=float(np.median(periods)) if periods.size > 0 else 0.0,
             samples=longest.sums.samples + longest.sums.left_out,
             estimators=scores,
-            repairs={f"{name}: values not used": n for name, n in self.refused.items()},
+            repairs={
+                **{f"{name}: values not used": n for name, n in self.refused.items()},
+                **{
+                    f"{name}: values missing between its stamps": n
+                    for name, n in self.missing.items()
+                },
+            },
         )
 
     def _association(self) -> Association | None:
