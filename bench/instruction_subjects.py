@@ -14,8 +14,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from twbr_estimation.streams.live_checks import LiveChecks
-
+from twbr_estimation.checks.quick import QuickChecks
 from twbr_estimation.filters.base import filter_named
 from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.pipeline.pairing import wheel_reading
@@ -254,9 +253,9 @@ def watched_filter() -> Run:
     return _each(WatchedFilter(filter_named("ins_odometer")).step, corrected_samples(0.005))
 
 
-def live_checks() -> Run:
+def quick_checks() -> Run:
     """Compare the sensors with each other."""
-    return _each(LiveChecks().add, corrected_samples(0.005))
+    return _each(QuickChecks().add, corrected_samples(0.005))
 
 
 def subjects() -> dict[str, Callable[[], Run]]:
@@ -270,7 +269,7 @@ def subjects() -> dict[str, Callable[[], Run]]:
         filter_step,
         filter_step_1khz,
         watched_filter,
-        live_checks,
+        quick_checks,
     )
     found = {part.__name__: part for part in parts}
     try:
