@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from campaign.conftest import runs  # noqa: F401  (a fixture)
+from many.conftest import runs  # noqa: F401  (a fixture)
 from twbr_estimation.cli.main import INTERRUPTED, main
 
 FILTERS = ("--filter", "complementary", "--filter", "gyro")

@@ -49,7 +49,7 @@ def add_recordings(
 ) -> None:
     """Add `count` recordings (one or more) and the names of their topics and joints.
 
-    With `many` they stay text, for `campaign.recordings_at`.
+    With `many` they stay text, for `many.places.recordings_at`.
     """
     parser.add_argument(
         "bags",

@@ -9,11 +9,11 @@ from typing import Any
 
 from rich.console import Console
 
-from ..campaign.checking import Checking
-from ..campaign.places import recordings_at
-from ..campaign.running import WHOLE, Failure
 from ..checks.finding import Severity, worst
 from ..checks.table import from_json, print_findings
+from ..many.checking import Checking
+from ..many.places import recordings_at
+from ..many.running import WHOLE, Failure
 from ..scoring.table import write_json
 from .arguments import add_recordings, add_settings, topic_names
 from .frames import add_frames, frames_of

@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
-from ..campaign.places import recordings_at
 from ..drives import Runs
 from ..drives.drive import chosen
 from ..drives.request import RunRequest
 from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
+from ..many.places import recordings_at
 from ..scoring.errors import RecordingScore, as_json
 from ..scoring.table import print_many_scores, print_scores, write_json, write_scores
 from .arguments import add_request, finish_compiling, in_flags, request_of
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequence[str]) -> int:
     """Evaluate several recordings, print what there is of them and return the exit status."""
-    from ..campaign.evaluation import Evaluation, merged
+    from ..many.evaluation import Evaluation, merged
 
     errors, quiet = Console(stderr=True), arguments.json == "-"
     with table_of(arguments) as table:

@@ -20,9 +20,9 @@ from ..errors import ConfigurationError
 from .arguments import in_flags
 
 if TYPE_CHECKING:  # what one recording does not need is imported where it is used
-    from ..campaign.results import ResultTable
-    from ..campaign.running import Campaign, Failure, Job, Progress, Report
     from ..filters import Filter
+    from ..many.results import ResultTable
+    from ..many.running import Failure, Job, Progress, Report, Series
     from ..workers import Workers
 
 SMALL = 8_000_000
@@ -87,7 +87,7 @@ def _processors() -> int:
 
 def is_single(arguments: argparse.Namespace, places: Sequence[str]) -> bool:
     """Return whether there is one recording on this machine and no word about workers."""
-    from ..campaign.places import is_address
+    from ..many.places import is_address
 
     given = (arguments.jobs, arguments.dask, arguments.results)
     return len(places) == 1 and not is_address(places[0]) and given == (None, None, None)
@@ -99,7 +99,7 @@ def carried_out(
     places: Sequence[str],
     table: ResultTable,
     entries: Iterable[Filter] = (),
-) -> Campaign:
+) -> Series:
     """Do a job with recordings on the workers that the arguments name.
 
     Args:
@@ -113,8 +113,8 @@ def carried_out(
         Interrupted: Ctrl-C; a line says what is kept.
     """
     from ..batch.running import COMPILE_AFTER
-    from ..campaign.contents import size_of
-    from ..campaign.running import run
+    from ..many.contents import size_of
+    from ..many.running import run
 
     console = Console(stderr=True)
     size = sum(map(size_of, places))
@@ -150,7 +150,7 @@ def _compile(console: Console, entries: Sequence[Filter]) -> None:
 
 @contextmanager
 def _shown(console: Console, verb: str) -> Iterator[Report]:
-    """Show how far a campaign is: a bar on a terminal, else a line from time to time."""
+    """Show how far the work is: a bar on a terminal, else a line from time to time."""
     columns = (TextColumn("{task.description}"), BarColumn())
     latest = time.monotonic()
     with Bar(*columns, console=console, transient=True) as bar:
@@ -168,7 +168,7 @@ def _shown(console: Console, verb: str) -> Iterator[Report]:
 
 
 def describe(progress: Progress) -> str:
-    """Return how far a campaign is, as a line."""
+    """Return how far the work is, as a line."""
     parts = [f"{progress.done} of {progress.recordings} recordings"]
     if progress.failed:
         parts.append(f"{progress.failed} failed")
@@ -190,7 +190,7 @@ def print_failures(console: Console, failures: Sequence[Failure]) -> int:
 @contextmanager
 def table_of(arguments: argparse.Namespace) -> Iterator[ResultTable]:
     """Give the table of results that the arguments of `add_many` name."""
-    from ..campaign.results import open_table
+    from ..many.results import open_table
 
     table = open_table(arguments.results)
     try:

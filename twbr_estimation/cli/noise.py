@@ -14,10 +14,10 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from ..campaign.noise_figures import NoiseFigures
-from ..campaign.places import local_copy, recordings_at
-from ..campaign.running import WHOLE, Failure
 from ..errors import ConfigurationError
+from ..many.noise_figures import NoiseFigures
+from ..many.places import local_copy, recordings_at
+from ..many.running import WHOLE, Failure
 from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE

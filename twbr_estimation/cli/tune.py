@@ -17,10 +17,10 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..campaign.places import recordings_at
 from ..configuration.files import date_of_now
 from ..errors import ConfigurationError
 from ..filters import filter_named
+from ..many.places import recordings_at
 from ..tuning.filter import TunedFilter
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
@@ -160,7 +160,7 @@ def _remembering(
     if arguments.results is None and len(request.training) == 1:
         yield workers
         return
-    from ..campaign.remembering import Remembering
+    from ..many.remembering import Remembering
 
     with table_of(arguments) as table:
         yield Remembering(workers, table, "tune", asdict, TunedFilter.of)

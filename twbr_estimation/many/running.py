@@ -75,7 +75,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a campaign is."""
+    """How far the work is."""
 
     recordings: int
     done: int
@@ -110,7 +110,7 @@ class Share:
     """Some parts of one recording."""
 
     number: int
-    """Of the recording in the campaign."""
+    """Of the recording in the series."""
     place: str
     content: str
     size: int
@@ -149,7 +149,7 @@ def run(
     table: ResultTable,
     report: Report = lambda progress: None,
     prepare: Callable[[], None] = lambda: None,
-) -> Campaign:
+) -> Series:
     """Do a job with recordings, but for what the table holds.
 
     Ctrl-C ends it; what was done until then is in the table.
@@ -165,18 +165,18 @@ def run(
     Raises:
         TwbrError: the workers fail, or the table cannot be written.
     """
-    campaign = Campaign(job, places, table, report)
-    batches: Iterable[Batch] = campaign.batches(prepare)
+    series = Series(job, places, table, report)
+    batches: Iterable[Batch] = series.batches(prepare)
     while batches:
         work = Work(do_batch, job)
         with closing(workers.run(work, batches, lambda message: None)) as outcomes:
             for outcome in outcomes:
-                campaign.take(outcome)
-        batches = campaign.suspects()
-    return campaign
+                series.take(outcome)
+        batches = series.suspects()
+    return series
 
 
-class Campaign:
+class Series:
     """The state of a job on many recordings, and its results."""
 
     def __init__(self, job: Job, places: Sequence[str], table: ResultTable, report: Report) -> None:

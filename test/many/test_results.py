@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from twbr_estimation.campaign.results import ResultTable
 from twbr_estimation.errors import WritingError
+from twbr_estimation.many.results import ResultTable
 
 
 def row(number: int) -> dict[str, object]:

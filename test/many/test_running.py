@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from campaign.jobs import Deadly
-from twbr_estimation.campaign.evaluation import Evaluation, merged
-from twbr_estimation.campaign.places import recordings_at
-from twbr_estimation.campaign.results import ResultTable
-from twbr_estimation.campaign.running import BATCH_SECONDS, Campaign, Progress, run
+from many.jobs import Deadly
 from twbr_estimation.cli.many import describe
 from twbr_estimation.drives.request import RunRequest
+from twbr_estimation.many.evaluation import Evaluation, merged
+from twbr_estimation.many.places import recordings_at
+from twbr_estimation.many.results import ResultTable
+from twbr_estimation.many.running import BATCH_SECONDS, Progress, Series, run
 from twbr_estimation.workers import LocalPool, ThisProcess, Work, Workers
 
 NAMES = ("complementary", "kalman", "accelerometer")
@@ -45,10 +45,9 @@ class Counted:
                 raise KeyboardInterrupt
 
 
-def scores(campaign: Campaign) -> list[Any]:
+def scores(series: Series) -> list[Any]:
     return [
-        merged(place, NAMES, campaign.results(number))
-        for number, place in enumerate(campaign.places)
+        merged(place, NAMES, series.results(number)) for number, place in enumerate(series.places)
     ]
 
 
@@ -103,7 +102,7 @@ def test_what_is_repeated_computes_nothing_and_what_is_new_only_itself(
 def test_a_run_that_is_cut_goes_on(
     runs: Path, table: ResultTable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("twbr_estimation.campaign.running.BATCH_SECONDS", 0.0)
+    monkeypatch.setattr("twbr_estimation.many.running.BATCH_SECONDS", 0.0)
     places = recordings_at([runs])
     cut, rest = Counted(ThisProcess(), stop_after=5), Counted(ThisProcess())
     with pytest.raises(KeyboardInterrupt):
@@ -132,9 +131,9 @@ def test_batches_hold_about_a_second(runs: Path, table: ResultTable) -> None:
     places = recordings_at([runs / "day0" / "run0", runs / "day0" / "run2", runs / "day1" / "run1"])
 
     def shares(rate: float) -> list[list[int]]:
-        campaign = Campaign(Evaluation.of(REQUEST), places, table, lambda progress: None)
-        campaign._rate = rate
-        batches = campaign.batches(lambda: None)
+        series = Series(Evaluation.of(REQUEST), places, table, lambda progress: None)
+        series._rate = rate
+        batches = series.batches(lambda: None)
         return [[len(share.parts) for share in batch.shares] for batch in batches]
 
     size = sum(path.stat().st_size for path in (runs / "day0" / "run0").rglob("*.mcap"))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twbr_estimation.campaign.running import Job
 from twbr_estimation.drives import load
+from twbr_estimation.many.running import Job
 from workers.work import die_at
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from twbr_estimation.campaign.remembering import Remembering
-from twbr_estimation.campaign.results import ResultTable
+from twbr_estimation.many.remembering import Remembering
+from twbr_estimation.many.results import ResultTable
 from twbr_estimation.simulation import simulate
 from twbr_estimation.tuning.filter import TunedFilter, TuningTask
 from twbr_estimation.tuning.objective import prepare
