@@ -14,8 +14,8 @@ from tempfile import TemporaryDirectory
 from reliability.killing import Command, Sound, emptied, killed
 from reliability.row import Effort, Row
 from twbr_estimation.bags.reading import read_recording
-from twbr_estimation.campaign.reporting import PAGE
 from twbr_estimation.errors import TwbrError
+from twbr_estimation.many.reporting import PAGE
 
 ROOT = Path(__file__).resolve().parents[3]
 BAG = str(ROOT / "bags" / "training")
