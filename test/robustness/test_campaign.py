@@ -8,11 +8,10 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
 
+import campaign
 from reliability.parts.stamps import faults
 from reliability.results import keep, load, page
 from reliability.row import Effort, Row
-
-import campaign
 
 ROOT = Path(__file__).resolve().parents[2]
 
