@@ -21,6 +21,7 @@ from ..errors import ConfigurationError, TwbrError
 from ..streams.mishaps import described
 from .command_line import CommandLine, prepared, temporary_folder
 from .guard import Guard
+from .shared_memory import remove_half_made
 from .start import REFUSED, refusal, start_warnings
 
 WAKE_PERIOD = 0.2
@@ -82,6 +83,8 @@ def _initialised(arguments: list[str]) -> CommandLine:
     Raises:
         ConfigurationError: rcl refuses the arguments or the environment.
     """
+    for path in remove_half_made():
+        get_logger(_program()).warning(f"removed {path}, which a killed process left half made")
     with temporary_folder() as folder:
         line = prepared(arguments, Path(folder))
         try:
