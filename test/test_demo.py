@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -73,3 +74,29 @@ def test_a_failing_node_is_reported(tmp_path: Path) -> None:
     )
     assert result.returncode == 1
     assert "replay_node ended with status 1" in result.stderr and "none" in result.stderr
+
+
+def test_a_demo_that_is_terminated_leaves_no_node_behind(tmp_path: Path) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
+    process = subprocess.Popen(
+        [sys.executable, str(DEMO), "--json", str(tmp_path / "x.json")],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    nodes = []
+    until = time.monotonic() + 60.0
+    while len(nodes) < 4 and time.monotonic() < until:
+        nodes = children(process.pid)
+        time.sleep(0.05)
+    process.terminate()
+    assert process.wait(60.0) == 130
+    assert len(nodes) == 4
+    assert not [node for node in nodes if Path(f"/proc/{node}").exists()]
+
+
+def children(parent: int) -> list[int]:
+    """Return the processes that a process has started."""
+    return [
+        int(each) for each in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    ]

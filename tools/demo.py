@@ -8,6 +8,7 @@ the recording. Without ROS the recording is evaluated by `twbr evaluate` instead
 from __future__ import annotations
 
 import argparse
+import signal
 import subprocess
 import sys
 import tempfile
@@ -65,6 +66,7 @@ def main() -> int:
     parser.add_argument("bag", nargs="?", type=Path, default=RECORDING)
     parser.add_argument("--json", type=Path, default=ROOT / "build" / "demo.json", metavar="FILE")
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # or the nodes would stay behind
     target: Path = arguments.json.resolve()
     target.parent.mkdir(parents=True, exist_ok=True)
     if find_spec("rclpy") is None:
@@ -80,6 +82,8 @@ def main() -> int:
             except RuntimeError as error:
                 print(f"demo: error: {error}", file=sys.stderr)
                 status = 1
+            except KeyboardInterrupt:
+                status = 130
     if status == 0:
         print(f"The figures as JSON: {target}")
     return status
