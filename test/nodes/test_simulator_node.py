@@ -11,7 +11,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Bool, Float64, Float64MultiArray
+from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from twbr_estimation.errors import ConfigurationError
@@ -27,6 +27,9 @@ CALIBRATION = {
     f"calibration__{name}": list(getattr(PAPER_CALIBRATION, name))
     for name in ("gyro_bias", "accel_bias", "accel_scale_x", "accel_scale_z")
 }
+TRIES = 10
+LATE = 40_000_000
+"""Age of an estimate [ns] that a robot in real time may not survive; the usual one is 15 ms."""
 LOSSLESS = ("imu/data_raw", "imu/data_corrected", "imu/data", "joint_states", "motor/command")
 
 
@@ -165,17 +168,28 @@ def test_a_wrong_world_is_refused(graph: Any) -> None:
 
 def test_the_drivers_read_the_simulated_chips_and_the_robot_stays_upright(graph: Any) -> None:
     given = {"world": "paper", "sensors": "registers", "duration": 5.0, "compiled": True}
-    nodes = [graph.add(node) for node in compose(**graph.options(**given))]
+    slow = {"imu_period": 0.005, "mpu6050__poll_rate": 100.0, "poll_rate": 100.0}
+    nodes = [graph.add(node) for node in compose(**graph.options(**given, **slow))]
     assert [node.get_name() for node in nodes] == ["simulator_node", "mpu6050_node", "encoder_node"]
     estimation_in(graph, calibrated=True)
-    raw, tilts = graph.collect(Imu, "imu/data_raw"), graph.collect(Float64, "tilt")
+    raw, estimates = graph.collect(Imu, "imu/data_raw"), graph.collect(Imu, "imu/data")
     simulator = nodes[0].simulator
-    graph.spin_until(lambda: not simulator.held)
-    begun = simulator.robot.time
-    simulator.push(nodes[0]._disturbance.current)
-    graph.spin_until(lambda: simulator.robot.time > begun + 4.0, 60.0)
-    assert simulator.robot.falls == 0 and abs(simulator.latest.truth.tilt) < 0.3
-    assert len(raw) > 500 and len(tilts) > 500
+    for _ in range(TRIES):  # physics does not wait for a computer that stops in between
+        graph.spin_until(lambda: not simulator.held, 60.0)
+        begun, falls, ages = simulator.robot.time, simulator.robot.falls, [0]
+
+        def over(begun: float = begun, ages: list[int] = ages) -> bool:
+            ages.append(nodes[0].get_clock().now().nanoseconds - stamp_of(estimates[-1]))
+            return simulator.robot.time > begun + 4.0
+
+        simulator.push(nodes[0]._disturbance.current)
+        graph.spin_until(over, 60.0)
+        if upright := simulator.robot.falls == falls and abs(simulator.latest.truth.tilt) < 0.3:
+            break
+        assert max(ages) > LATE, "it fell although every estimate came in time"
+        simulator.stand_up()
+    assert upright, f"the computer stopped in between, in each of {TRIES} tries"
+    assert len(raw) > 350 and len(estimates) > 350
     assert nodes[0].report().level is Level.OK
 
 
