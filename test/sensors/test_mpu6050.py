@@ -118,7 +118,8 @@ def test_the_sample_rate_depends_on_the_low_pass_filter(clock: Any) -> None:
 
 def test_an_mpu6050_is_known_and_relatives_are_named(clock: Any) -> None:
     assert Mpu6050(SimulatedMpu6050(clock), Mpu6050Settings()).identify() is None
-    for identity, name in ((0x70, "MPU6500"), (0x98, "copy"), (0x42, "unknown")):
+    names = ((0x70, "MPU6500"), (0x98, "copy"), (0x33, "unknown"), (0x47, "ICM42688-P"))
+    for identity, name in names:
         warning = Mpu6050(SimulatedMpu6050(clock, identity=identity), Mpu6050Settings()).identify()
         assert warning is not None
         assert f"0x{identity:02x}" in warning
@@ -130,6 +131,20 @@ def test_an_empty_bus_is_an_error(clock: Any, identity: int) -> None:
     device = Mpu6050(SimulatedMpu6050(clock, identity=identity), Mpu6050Settings())
     with pytest.raises(SensorError, match="WHO_AM_I"):
         device.identify()
+
+
+class OtherRegisters(SimulatedMpu6050):
+    """An ICM42688-P: it answers at WHO_AM_I and keeps nothing of an MPU6050's set-up."""
+
+    def _register(self, register: int) -> int:
+        return super()._register(register) if register == Register.WHO_AM_I else 0
+
+
+def test_a_chip_with_other_registers_is_refused_by_its_name(clock: Any) -> None:
+    device = Mpu6050(OtherRegisters(clock, identity=0x47), Mpu6050Settings())
+    device.identify()
+    with pytest.raises(SensorError, match=r"PWR_MGMT_1: .*ICM42688-P, a chip with other registers"):
+        device.configure()
 
 
 def test_a_register_that_does_not_keep_its_value_is_named(clock: Any) -> None:

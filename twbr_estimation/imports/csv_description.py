@@ -11,8 +11,8 @@
       reference: encoder        # optional
       temperature: temp         # optional [degC]
     units:
-      time: us                  # s, ms, us, ns
-                                # a date and time (ISO 8601), a time of day, and the prefix
+      time: us                  # s, ms, us, ns; d for a spreadsheet's days, found if not given
+                                # a date and time, a time of day, and the prefix
                                 # `12:00:00.002 -> ` of a serial monitor need no unit
       gyro: deg/s               # rad/s, deg/s, or LSB with `lsb_per` below
       accel: g                  # m/s^2, g, or LSB
@@ -75,6 +75,8 @@ _REQUIRED = ("gyro", "accel")
 _LARGEST = 1e12
 """No rate, delay or size of a counter is as large."""
 _AXES = {"x": 0, "y": 1, "z": 2}
+MONITOR = "serial_monitor"
+"""Name of the time that a serial monitor put before each line, where that is to be used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +110,8 @@ class Description:
     """Delay of the reference's stamps after those of its rows [s]."""
     rate: float = 0.0
     """Samples per second [Hz] where there is no column of time."""
+    time_has_unit: bool = False
+    """Whether the unit of the time is given; seconds are the default."""
     time_wrap: float = 0.0
     wheel_wrap: float = 0.0
     encoding: str | None = None
@@ -122,12 +126,24 @@ class Description:
     robot: Robot = field(default_factory=Robot)
 
     @property
-    def fields(self) -> int:
-        """Number of fields a row needs for the columns that are given by number."""
+    def columns(self) -> tuple[Column, ...]:
+        """All columns."""
         time = tuple(each for each in (self.date, self.time) if each is not None)
         several = (self.imu, self.wheels, self.wheel_speeds, self.motors, self.reference)
-        columns = [*time, *(column for each in several for column in each), *self.temperature]
-        return 1 + max((each.name for each in columns if isinstance(each.name, int)), default=-1)
+        listed = (*several, self.temperature, *self.estimates.values())
+        return (*time, *(column for each in listed for column in each))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names that the header must have."""
+        named = (each.name for each in self.columns if isinstance(each.name, str))
+        return tuple(name for name in named if name != MONITOR)
+
+    @property
+    def fields(self) -> int:
+        """Number of fields a row needs for the columns that are given by number."""
+        numbers = (each.name for each in self.columns if isinstance(each.name, int))
+        return 1 + max(numbers, default=-1)
 
 
 def read_description(path: Path) -> Description:
@@ -186,6 +202,7 @@ class _Reader:
             axes=_axes(content.get("axes", ["x", "y", "z"])),
             reference_delay=self._number(reference.get("delay", 0.0), "reference.delay"),
             rate=rate,
+            time_has_unit="time" in content.get("units", {}),
             time_wrap=self._number(content.get("time_wrap", 0.0), "time_wrap", least=0.0),
             wheel_wrap=self._number(content.get("wheel_wrap", 0.0), "wheel_wrap", least=0.0),
             encoding=_encoding(content.get("encoding")),

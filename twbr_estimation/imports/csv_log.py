@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,16 +23,17 @@ from ..recording import (
     TiltTrack,
     WheelTrack,
 )
-from .csv_description import Column, Description, read_description
+from .csv_dates import clock_seconds, days_as_seconds
+from .csv_description import MONITOR, Column, Description, read_description
+from .csv_header import place_of
+from .csv_numbers import numbers, with_points
 from .csv_text import read_rows
-from .csv_time import clock_seconds, counter_size, unwrapped
+from .csv_time import counter_size, unwrapped
 from .imported import START, ImportedLog, ImportOptions, cleaned, stamps_from_seconds
 
 FORMAT = "comma-separated values, their columns described by the YAML of `columns`"
 
 DROPPED = "rows that are not numbers dropped"
-MONITOR = "serial_monitor"
-"""Name of the time that a serial monitor put before each line, where that is to be used."""
 Track = tuple[StampArray, FloatArray]
 
 
@@ -155,11 +155,12 @@ class _Table:
             texts = [f"{day} {time}" for day, time in zip(self._texts(date), texts, strict=True)]
         found = clock_seconds(texts)
         if found is None:
-            numbers = np.fromiter(map(_number, texts), dtype=np.float64, count=count)
-            return numbers * column.scale, False
+            found = None if self.description.time_has_unit else days_as_seconds(numbers(texts))
+        if found is None:
+            return numbers(texts) * column.scale, False
         seconds, kind = found
         self.provenance["time"] = f"{kind}, the first {texts[0].strip()}"
-        return seconds, kind == "date and time"
+        return seconds, kind.startswith("date")
 
     def _gone_on(self, seconds: FloatArray) -> FloatArray:
         """Return times whose counter may have started again as ones that go on."""
@@ -222,26 +223,21 @@ class _Table:
         place = self._place(column)
         texts = [row[place] if len(row) > place else "" for row in self.rows]
         if self.decimal != ".":
-            texts = [text.replace(self.decimal, ".") for text in texts]
+            texts = [with_points(text, self.decimal) for text in texts]
         return texts
 
     def _values(self, column: Column) -> FloatArray:
-        texts = self._texts(column)
-        return np.fromiter(map(_number, texts), dtype=np.float64, count=len(texts))
+        return numbers(self._texts(column))
 
     def _place(self, column: Column) -> int:
         if isinstance(column.name, int):
             return column.name
         try:
-            return self.names.index(str(column.name))
-        except ValueError:
+            place = place_of(str(column.name), self.names)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from None
+        if place is None:
             raise RecordingError(
                 f"{self.path}: has no column {column.name!r}; it has {', '.join(self.names)[:500]}"
-            ) from None
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
+            )
+        return place

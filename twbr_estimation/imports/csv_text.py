@@ -12,6 +12,8 @@ from pathlib import Path
 from ..disk.reading import read_bytes
 from ..errors import RecordingError
 from .csv_description import Description
+from .csv_header import header_row
+from .csv_numbers import decimal_sign
 
 SIZE_LIMIT = 1 << 30
 """Largest log [bytes]."""
@@ -22,7 +24,16 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_DELIMITERS = ",;\t"
+_PACKED = {
+    b"\x1f\x8b": "is packed with gzip; unpack it first",
+    b"PK\x03\x04": "is a workbook or an archive; save the table as CSV first",
+    b"\xd0\xcf\x11\xe0": "is a workbook; save the table as CSV first",
+}
+"""What is no text, by its first bytes."""
+_DELIMITERS = ";\t|,"
+"""The comma comes last: it may belong to the numbers."""
+_MOST = 0.8
+"""Share of the lines that have a delimiter equally often."""
 _SAMPLE = 1 << 14
 """Bytes or characters from which encoding and delimiter are found."""
 _USUAL_SHARE = 0.2
@@ -30,7 +41,6 @@ _USUAL_SHARE = 0.2
 COMMENTS = ("#", "%", "//")
 """What a line begins with that is no row."""
 _FEW = 200  # rows from which the decimal sign is found
-_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _NUMBER = re.compile(r"\s*[\"']?[+-]?\d")
 MONITOR = re.compile(r"^\s*(\d{1,2}:\d{2}:\d{2}(?:\.\d+)?)\s*->\s*")
 """The time that a serial monitor puts before each line."""
@@ -60,6 +70,9 @@ def read_rows(path: Path, description: Description) -> Text:
         RecordingError: it cannot be read, is too large, or holds no rows.
     """
     content = read_bytes(path, SIZE_LIMIT, RecordingError)
+    for mark, said in _PACKED.items():
+        if content.startswith(mark):
+            raise RecordingError(f"{path}: {said}")
     text = _decoded(path, content, description.encoding)
     text = text.replace("\0", "").replace("\ufeff", "")
     lines = [line for line in text.splitlines() if line.strip(" \t,;")]
@@ -72,8 +85,10 @@ def read_rows(path: Path, description: Description) -> Text:
     except csv.Error as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from error
     names: list[str] = []
-    if description.has_header and rows:
-        names, rows, arrivals = [name.strip() for name in rows[0]], rows[1:], arrivals[1:]
+    header = header_row(rows, description.names) if description.has_header else None
+    if header is not None:
+        names = [name.strip() for name in rows[header]] if rows else []
+        rows, arrivals = rows[header + 1 :], arrivals[header + 1 :]
     if not rows:
         raise RecordingError(f"{path}: holds no rows")
     fields = len(names) or description.fields
@@ -99,10 +114,10 @@ def _without_comments(lines: list[str], has_header: bool) -> list[str]:
 
 
 def _decimal(rows: Rows, delimiter: str) -> str:
-    """Return "," where numbers have a comma and never a point, else "."."""
-    fields = [field for row in rows[:_FEW] for field in row]
-    commas = sum(_COMMA.fullmatch(field.strip()) is not None for field in fields)
-    return "," if delimiter != "," and commas and not any("." in each for each in fields) else "."
+    """Return the sign before a fraction; the point where the comma is the delimiter."""
+    if delimiter == ",":
+        return "."
+    return decimal_sign(field for row in rows[:_FEW] for field in row)
 
 
 def _decoded(path: Path, content: bytes, encoding: str | None) -> str:
@@ -141,12 +156,18 @@ def _without_monitor(lines: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _delimiter(lines: list[str], decimal: str) -> str:
-    """Return which sign parts the first lines into most fields."""
-    sample = lines[: 1 + _SAMPLE // max(len(lines[0]), 1)] if lines else []
-    counts = {each: sum(line.count(each) for line in sample) for each in _DELIMITERS}
-    if decimal == ",":
-        del counts[","]
-    best = max(counts, key=lambda each: counts[each])
+    """Return the sign that most of the first lines have equally often, else the most frequent."""
+    if not lines:
+        return ","
+    sample = lines[: 1 + _SAMPLE // max(len(lines[0]), 1)]
+    sample = [line.rstrip(" \t,;|") for line in sample]
+    signs = _DELIMITERS.replace(decimal, "")
+    for sign in signs:
+        number, times = Counter(line.count(sign) for line in sample).most_common(1)[0]
+        if number and times >= _MOST * len(sample):
+            return sign
+    counts = {sign: sum(line.count(sign) for line in sample) for sign in signs}
+    best = max(counts, key=lambda sign: counts[sign])
     return best if counts[best] or decimal == "," else " " if " " in "".join(sample) else ","
 
 

@@ -1,72 +1,16 @@
-"""Times of a log: numbers, dates with times, times of day."""
+"""Times of a log that come from a counter which starts again at 0."""
 
 from __future__ import annotations
-
-import math
-import re
-from collections.abc import Sequence
-from datetime import datetime, timezone
 
 import numpy as np
 
 from ..bags.cleaning import Repairs
 from ..recording import FloatArray
 
-DAY = 86400.0
 WRAPS = (2.0**16, 2.0**32, 2.0**24, 2.0**31)
 """Sizes of counters that start again at 0."""
-_CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
 _PERIODS = 100.0
 """A counter that started again goes on within this many median steps."""
-
-
-def clock_seconds(texts: Sequence[str]) -> tuple[FloatArray, str] | None:
-    """Return times [s] and what they are, of a column with dates or times of day.
-
-    Args:
-        texts: the column; fields that are neither give NaN.
-
-    Returns:
-        Seconds since 1970 for dates, which count as UTC where they name no zone; seconds that go
-        on at midnight for times of day. None where most fields are neither.
-    """
-    for read, kind in ((_date, "date and time"), (_time_of_day, "time of day")):
-        seconds = np.fromiter(map(read, texts), dtype=np.float64, count=len(texts))
-        if 2 * np.count_nonzero(np.isfinite(seconds)) > seconds.size:
-            known = np.isfinite(seconds)
-            if kind == "time of day":
-                seconds[known] = unwrapped(seconds[known], DAY)
-            return seconds, kind
-    return None
-
-
-def _date(text: str) -> float:
-    """Return the seconds since 1970 of an ISO 8601 date with time; NaN for anything else."""
-    tidy = text.strip().replace(",", ".").replace("/", "-")
-    tidy = re.sub(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})", r"\3-\2-\1", tidy)
-    if tidy.endswith(("Z", "z")):
-        tidy = f"{tidy[:-1]}+00:00"
-    match = re.match(r"(\d{4}-\d{1,2}-\d{1,2})[T ](\d{1,2}:\d{2}(?::\d{2})?)(\.\d+)?(.*)$", tidy)
-    if match is None:
-        return math.nan
-    day, clock, fraction, zone = match.groups()
-    whole = "-".join(part.zfill(2) for part in day.split("-"))
-    tidy_clock = ":".join(part.zfill(2) for part in clock.split(":"))
-    try:
-        moment = datetime.fromisoformat(f"{whole}T{tidy_clock}{zone.strip()}")
-    except ValueError:
-        return math.nan
-    if moment.tzinfo is None:
-        moment = moment.replace(tzinfo=timezone.utc)
-    return moment.timestamp() + float(f"0{fraction}" if fraction else 0.0)
-
-
-def _time_of_day(text: str) -> float:
-    match = _CLOCK.fullmatch(text.strip())
-    if match is None:
-        return math.nan
-    hours, minutes, seconds = (float(part.replace(",", ".")) for part in match.groups())
-    return 3600.0 * hours + 60.0 * minutes + seconds
 
 
 def unwrapped(counter: FloatArray, modulus: float) -> FloatArray:

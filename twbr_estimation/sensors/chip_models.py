@@ -6,7 +6,7 @@ temperature formulas are those of the data sheets.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .mpu6050_registers import FIFO_EN_ALL, FIFO_EN_TWO_BITS, PACKET_BYTES
 
@@ -35,7 +35,7 @@ class ChipModel:
     @property
     def known(self) -> bool:
         """Whether the driver has this chip's data."""
-        return self is not UNKNOWN
+        return self in MODELS.values()
 
     @property
     def fifo_packets(self) -> int:
@@ -75,8 +75,27 @@ MODELS = {
     0xAF: _icm("ICM20608-G"),
 }
 """Models by what they answer to WHO_AM_I."""
+OTHER_MAPS = {
+    0x3B: "ICM40609-D",
+    0x42: "ICM42605",
+    0x44: "ICM42686-P",
+    0x46: "ICM42602",
+    0x47: "ICM42688-P",
+    0x60: "ICM42607-P",
+    0x67: "ICM42670-P",
+    0x6F: "IIM42652",
+    0xDB: "ICM42631",
+    0xEA: "ICM20948",
+}
+"""Chips of the same maker with other registers, by what they answer to WHO_AM_I."""
 
 
 def model_of(identity: int) -> ChipModel:
-    """Return the model of a WHO_AM_I; `UNKNOWN` where it is not in the table."""
+    """Return the model of a WHO_AM_I.
+
+    A chip with other registers has its name and the data of `UNKNOWN`, which is also returned
+    where the identity is in no table.
+    """
+    if name := OTHER_MAPS.get(identity):
+        return replace(UNKNOWN, name=f"{name}, a chip with other registers")
     return MODELS.get(identity, UNKNOWN)

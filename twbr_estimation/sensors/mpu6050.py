@@ -125,8 +125,9 @@ class Mpu6050:
         for register, value in self._set_up().items():
             found = self._read(register, 1)[0]
             if found != value:
+                whose = "" if self.model.known else f"; the chip is {self.model.name}"
                 raise SensorError(
-                    f"{register.name}: reads 0x{found:02x} after 0x{value:02x} was written"
+                    f"{register.name}: reads 0x{found:02x} after 0x{value:02x} was written{whose}"
                 )
         if self.settings.reading is Reading.FIFO:
             self.reset_fifo()

@@ -1,0 +1,147 @@
+"""Numbers, dates and headers in the forms that spreadsheets and loggers give them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from twbr_estimation.errors import RecordingError
+from twbr_estimation.imports import ImportedLog, ImportOptions, load
+
+COLUMNS = "columns: {time: t, gyro: [gx, gy, gz], accel: [ax, ay, az]}\n"
+NAMES = "t,gx,gy,gz,ax,ay,az"
+NOON = 1_715_601_600
+"""2024-05-13 12:00:00 UTC [s]."""
+
+
+def imported(folder: Path, log: str | bytes, description: str = COLUMNS) -> ImportedLog:
+    (folder / "log.csv").write_bytes(log if isinstance(log, bytes) else log.encode())
+    (folder / "columns.yaml").write_text(description)
+    return load(folder / "log.csv", "csv", ImportOptions(folder / "columns.yaml"))
+
+
+def log_of(times: list[str], rest: str = "1,2,3,4,5,6", head: str = NAMES) -> str:
+    return "\n".join([head, *(f'"{time}",{rest}' for time in times)]) + "\n"
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "05/13/2024 12:00:00.{}",
+        "13/05/2024 12:00:00.{}",
+        "13-05-2024 12:00:00.{}",
+        "13.05.2024 12:00:00.{}",
+        "13.5.24, 12:00:00,{}",
+        "5/13/24 12:00:00.{} PM",
+        "13 May 2024 12:00:00.{}",
+        "May 13, 2024 12:00:00.{}",
+        "20240513T120000.{}",
+        "2024-05-13 14:00:00.{} +0200",
+        "2024-05-13_12:00:00:{}",
+    ],
+)
+def test_dates_of_all_countries_are_read(tmp_path: Path, form: str) -> None:
+    log = imported(tmp_path, log_of([form.format("004"), form.format("014")]))
+    expected = NOON * 1000 + np.array([4, 14])
+    np.testing.assert_allclose(log.recording.imu.stamps / 1e6, expected, atol=0.01)
+
+
+def test_a_date_that_can_be_read_both_ways_begins_with_the_month(tmp_path: Path) -> None:
+    log = imported(tmp_path, log_of(["05/06/2024 00:00:00.00", "05/06/2024 00:00:00.01"]))
+    assert log.recording.imu.stamps[0] == 1_714_953_600_000_000_000
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ["11:59:59.996 AM", "12:00:00.006 PM"],
+        ["11:59:59.996 PM", "12:00:00.006 AM"],
+        ["23:59:59:996", "00:00:00:006"],
+        ["59:59.996", "00:00.006"],
+    ],
+)
+def test_times_of_day_go_on(tmp_path: Path, times: list[str]) -> None:
+    log = imported(tmp_path, log_of(times))
+    assert np.diff(log.recording.imu.stamps).tolist() == [10_000_000]
+
+
+@pytest.mark.parametrize("unit", ["", "units: {time: d}\n"])
+def test_the_days_of_a_spreadsheet_are_times(tmp_path: Path, unit: str) -> None:
+    days = [f"{45425.5 + seconds / 86400.0:.10f}" for seconds in (0.0, 0.01, 0.02)]
+    log = imported(tmp_path, log_of(days), COLUMNS + unit)
+    np.testing.assert_allclose(np.diff(log.recording.imu.stamps), 1e7, atol=2e4)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ["5,000,000", "5,010,000"],
+        ["5'000'000", "5'010'000"],
+        ["5 000 000", "5 010 000"],
+        ["5\u202f000\u202f000", "5\u202f010\u202f000"],
+        ["0x4C4B40", "0x4c7250"],
+        ["004C4B40", "004C7250"],
+        ["5.00D+06", "5.01D+06"],
+        ["\u22125000000", "\u22124990000"],
+    ],
+)
+def test_numbers_in_unusual_forms(tmp_path: Path, times: list[str]) -> None:
+    log = imported(tmp_path, log_of(times), COLUMNS + "units: {time: us}\n")
+    assert np.diff(log.recording.imu.stamps).tolist() == [10_000_000]
+
+
+@pytest.mark.parametrize(
+    "times", [["5.000,000", "5.010,000"], ["5000,000", "5010,000"], ["5.000", "5.010"]]
+)
+def test_decimal_commas_with_points_between_thousands(tmp_path: Path, times: list[str]) -> None:
+    rows = [f"{time};0,1;0,2;-0,3;4,0;5,0;1.006,5" for time in times]
+    text = "\n".join([NAMES.replace(",", ";"), *rows])
+    imu = imported(tmp_path, text, COLUMNS + "units: {time: ms}\n").recording.imu
+    assert np.diff(imu.stamps).tolist() == [10_000_000]
+    assert imu.gyro[0].tolist() == [0.1, 0.2, -0.3]
+    assert imu.accel[0].tolist() == [4.0, 5.0, 1006.5]
+
+
+def test_a_comma_in_every_number_is_no_delimiter(tmp_path: Path) -> None:
+    """Nine commas and six semicolons a line, none of the commas in the header."""
+    text = "0,00;0,1;0,2;-0,3;4,0;5,0;6,0\n0,01;0,1;0,2;-0,3;4,0;5,0;6,0\n"
+    for delimiter in (";", "\t", "|"):
+        log = f"{NAMES.replace(',', delimiter)}\n{text.replace(';', delimiter)}"
+        imu = imported(tmp_path, log).recording.imu
+        assert np.diff(imu.stamps).tolist() == [10_000_000]
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Robot 7\nfirmware 2.1, built 2024\n\n" + NAMES,
+        NAMES.upper(),
+        "t [s], gx [rad/s], gy [rad/s], gz [rad/s], ax (m/s^2), ay (m/s^2), az (m/s^2)",
+    ],
+)
+def test_a_header_is_found_by_its_names(tmp_path: Path, head: str) -> None:
+    imu = imported(tmp_path, log_of(["0", "0.01"], head=head)).recording.imu
+    assert imu.gyro.tolist() == [[1.0, 2.0, 3.0]] * 2
+
+
+def test_numbered_columns_without_a_header_lose_no_row(tmp_path: Path) -> None:
+    description = "columns: {time: 0, gyro: [1, 2, 3], accel: [4, 5, 6]}\n"
+    text = "0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n"
+    assert imported(tmp_path, text, description).recording.imu.stamps.size == 2
+    assert imported(tmp_path, f"{NAMES}\n{text}", description).recording.imu.stamps.size == 2
+
+
+@pytest.mark.parametrize(
+    ("log", "message"),
+    [
+        (b"\x1f\x8b\x08\x00", "gzip; unpack"),
+        (b"PK\x03\x04\x14\x00", "workbook"),
+        (b"t,g,g,gz,ax,ay,az\n0,1,2,3,4,5,6\n", "columns 1, 2 are all named 'g'"),
+    ],
+)
+def test_what_cannot_be_decided_is_refused(tmp_path: Path, log: bytes, message: str) -> None:
+    columns = COLUMNS.replace("gx, gy", "g, g") if b"g,g" in log else COLUMNS
+    with pytest.raises(RecordingError, match=message):
+        imported(tmp_path, log, columns)
