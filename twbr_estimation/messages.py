@@ -18,6 +18,8 @@ ORIENTATION, ORIENTATION_COVARIANCE = 0, 4
 GYRO, GYRO_COVARIANCE = 13, 16
 ACCEL, ACCEL_COVARIANCE = 25, 28
 """Positions of the vectors and their covariances among the doubles."""
+POSE_DOUBLES = 7 + 36
+"""Doubles of an Odometry before its twist: position, orientation, their covariance."""
 UNREPORTED = -1.0
 """First entry of the covariance of a vector that a message does not report (REP-145)."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,9 +85,15 @@ class WheelTrack:
     """Header stamps [ns], (m,), strictly increasing."""
     angle: FloatArray
     """Encoder angle [rad], (m, w) with w = 1, or 2 as left, right."""
+    is_distance: bool = False
+    """Whether `angle` is the distance rolled [m], as that of an odometry; `with_angles` follows."""
 
     def __post_init__(self) -> None:
         _settle(self, {"angle": (1, 2)})
+
+    def with_angles(self, radius: float) -> WheelTrack:
+        """Return the track with angles in place of distances, by the wheels' radius [m]."""
+        return WheelTrack(self.stamps, self.angle / radius) if self.is_distance else self
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +189,16 @@ class Recording:
         if self.imu.stamps.size == 0:
             return 0.0
         return float(self.imu.stamps[-1] - self.imu.stamps[0]) * 1e-9
+
+    def with_wheel_angles(self, radius: float) -> Recording:
+        """Return the recording with the wheels' angles, where it holds the distance they rolled.
+
+        Args:
+            radius: of the wheels [m].
+        """
+        if self.wheels is None or not self.wheels.is_distance:
+            return self
+        return replace(self, wheels=self.wheels.with_angles(radius))
 
     def require_usable(self) -> None:
         """Raise where filters cannot run: no sample, stamps that do not rise, no finite number.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Imu
@@ -15,9 +16,9 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from twbr_estimation.batch import correct
-from twbr_estimation.messages import stamp_of, tilt_of
+from twbr_estimation.messages import set_stamp, stamp_of, tilt_of
 from twbr_estimation.nodes.correction_node import CorrectionNode
-from twbr_estimation.pipeline.pairing import pair
+from twbr_estimation.pipeline.pairing import WheelReading, pair
 from twbr_estimation.robot import Calibration, Setup
 
 BIAS = [0.02, -0.01, 0.005]
@@ -26,6 +27,25 @@ BIAS = [0.02, -0.01, 0.005]
 def node_in(graph: Any, **parameters: Any) -> CorrectionNode:
     lossless = graph.lossless("imu/data_raw", "joint_states", published=("imu/data_corrected",))
     return graph.add(CorrectionNode(**graph.options(**lossless, **parameters)))
+
+
+def test_an_odometry_takes_the_place_of_the_joints(graph: Any, sensors: Any) -> None:
+    """The robot's forward speed, with the radius of the correction, gives the same angles."""
+    lossless = graph.lossless("imu/data_raw", "odom", published=("imu/data_corrected",))
+    options = {"wheel_source": "odometry", "robot.wheel_radius": 0.05}
+    node = graph.add(CorrectionNode(**graph.options(**lossless, **options)))
+    taken: list[WheelReading] = []
+    node.pass_wheels = taken.append
+    publisher = graph.probe.create_publisher(Odometry, "odom", 50)
+    graph.settle()
+    for index in range(20):
+        message = Odometry()
+        message.header.frame_id, message.child_frame_id = "odom", "base_link"
+        message.twist.twist.linear.x = 0.2
+        set_stamp(message, 10**9 + index * 10_000_000)
+        publisher.publish(message)
+    graph.spin_until(lambda: len(taken) == 20)
+    assert taken[-1].angle == pytest.approx(19 * 0.01 * 0.2 / 0.05)
 
 
 def latest_status(received: list[DiagnosticArray], name: str) -> Any:

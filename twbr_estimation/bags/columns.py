@@ -22,6 +22,7 @@ from ..messages import (
     IMU_DOUBLES,
     ORIENTATION,
     ORIENTATION_COVARIANCE,
+    POSE_DOUBLES,
 )
 from ..recording import FloatArray
 from ..samples import NANOSECONDS_PER_SECOND
@@ -78,6 +79,23 @@ def decode_temperature(batch: MessageBatch) -> Columns:
     values = whole.at(start[:, None], f"{order}f8").astype(np.float64)
     broken = batch.offsets.size - start.size
     return Columns(header_stamps(whole, order), whole.bag_times, values, frames[fits], broken)
+
+
+def decode_odometry(batch: MessageBatch) -> Columns:
+    """Return the forward speed [m/s] of `nav_msgs/Odometry`."""
+    whole, order = readable(batch, 16)
+    lengths = whole.at(whole.offsets + 12, f"{order}u4").astype(np.int64)
+    child = 16 + lengths + -lengths % 4
+    fits = child <= whole.sizes - 4
+    whole, lengths, child = whole.take(fits), lengths[fits], child[fits]
+    child += 4 + whole.at(whole.offsets + child, f"{order}u4").astype(np.int64)
+    place = 4 + aligned(child - 4) + 8 * POSE_DOUBLES
+    fits = place <= whole.sizes - 8
+    whole, lengths, place = whole.take(fits), lengths[fits], place[fits]
+    values = whole.at((whole.offsets + place)[:, None], f"{order}f8").astype(np.float64)
+    broken = batch.offsets.size - place.size
+    stamps, frames = header_stamps(whole, order), _frames(whole, lengths)
+    return Columns(stamps, whole.bag_times, values, frames, broken)
 
 
 def decode_float64(batch: MessageBatch) -> Columns:

@@ -10,12 +10,19 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
-from .columns import Columns, decode_float64, decode_float64_array, decode_imu, decode_temperature
+from .columns import (
+    Columns,
+    decode_float64,
+    decode_float64_array,
+    decode_imu,
+    decode_odometry,
+    decode_temperature,
+)
 from .finding import bag_files
 from .joint_states import decode_joint_state
 from .message_batch import MessageBatch
 from .storage import opened
-from .topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE, TEMPERATURE
+from .topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE, ODOMETRY, TEMPERATURE
 from .unpacking import Allowance
 
 
@@ -90,6 +97,7 @@ def _decoded(
 _DECODERS = {
     IMU: decode_imu,
     TEMPERATURE: decode_temperature,
+    ODOMETRY: decode_odometry,
     FLOAT64: decode_float64,
     FLOAT64_ARRAY: decode_float64_array,
 }

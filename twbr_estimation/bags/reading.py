@@ -37,15 +37,17 @@ from .topics import (
     FLOAT64_ARRAY,
     IMU,
     JOINT_STATE,
+    ODOMETRY,
     ROLES,
     TEMPERATURE,
     TopicNames,
     absolute,
 )
-from .wheel_tracks import repaired_wheels, wheel_columns
+from .wheel_tracks import repaired_wheels, rolled, wheel_columns
 
 _UNIT_TOLERANCE = 0.1
 """Largest deviation of a quaternion's length from 1; two decimals keep it within 0.01."""
+_WHEEL_TYPES = (JOINT_STATE, ODOMETRY)
 _TILT_TYPES = (JOINT_STATE, IMU, FLOAT64)
 
 
@@ -140,6 +142,8 @@ class _Reader:
         if columns is None:
             return None
         topic = self.names.joint_states
+        if self.contents.types[topic] == ODOMETRY:
+            return rolled(topic, self._clean(topic, columns, slice(None)), self.repairs)
         columns = wheel_columns(topic, columns, self.names.wheel_joints, self.repairs)
         columns = self._clean(topic, columns, slice(None))
         return repaired_wheels(topic, WheelTrack(columns.stamps, columns.values), self.repairs)
@@ -305,7 +309,7 @@ def _role_requests(names: TopicNames) -> dict[str, TopicRequest]:
     tilt = (names.reference_joint,)
     requests = {
         "imu": TopicRequest(names.imu, (IMU,)),
-        "joint_states": TopicRequest(names.joint_states, (JOINT_STATE,), wheels, velocities=True),
+        "joint_states": TopicRequest(names.joint_states, _WHEEL_TYPES, wheels, velocities=True),
         "reference": TopicRequest(names.reference, _TILT_TYPES, tilt),
         "truth": TopicRequest(names.truth, _TILT_TYPES, tilt),
         "temperature": TopicRequest(names.temperature, (TEMPERATURE,)),

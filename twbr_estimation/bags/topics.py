@@ -10,6 +10,7 @@ from ..parameters.argument_checks import elements_of, require_kind
 
 IMU = "sensor_msgs/msg/Imu"
 JOINT_STATE = "sensor_msgs/msg/JointState"
+ODOMETRY = "nav_msgs/msg/Odometry"
 TEMPERATURE = "sensor_msgs/msg/Temperature"
 FLOAT64 = "std_msgs/msg/Float64"
 FLOAT64_ARRAY = "std_msgs/msg/Float64MultiArray"
@@ -26,7 +27,7 @@ class TopicNames:
     imu: str = "/imu/data_raw"
     """`sensor_msgs/Imu` as the device reports it; required."""
     joint_states: str = "/joint_states"
-    """`sensor_msgs/JointState` with the wheel joints."""
+    """`sensor_msgs/JointState` with the wheel joints, or `nav_msgs/Odometry` in their place."""
     wheel_joints: tuple[str, ...] = ("left_wheel_joint", "right_wheel_joint")
     """One wheel joint, or two as left, right."""
     reference: str = "/reference/joint_states"

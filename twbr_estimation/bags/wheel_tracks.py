@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..recording import FloatArray, StampArray, WheelTrack
+from ..samples import RESTART_GAP
 from .cleaning import Cleaner
 from .columns import Columns
 from .wheel_repairs import modulus_of, spikes, unwrapped
@@ -70,16 +71,24 @@ def _integrated(
     return angles
 
 
+def rolled(topic: str, columns: Columns, repairs: Counter[str]) -> WheelTrack:
+    """Return the distance that the forward speeds [m/s] of an odometry add up to."""
+    repairs[f"{topic}: distance rolled integrated from speeds"] += columns.stamps.size
+    distance = integrated(columns.stamps, columns.values[:, 0])
+    return WheelTrack(columns.stamps, distance[:, None], is_distance=True)
+
+
 def integrated(stamps: StampArray, velocity: FloatArray) -> FloatArray:
     """Return the angle [rad] from 0 on that velocities [rad/s] add up to.
 
     By the trapezoidal rule, in the order of the stamps [ns]. Its error is that of the velocities:
     a scale error is one of the angle, an offset grows with time, and of a turn that changes at
-    `a` [rad/s^3] each period T adds at most a T^3 / 12.
+    `a` [rad/s^3] each period T adds at most a T^3 / 12. Across a gap the wheel stands still.
     """
     order = np.argsort(stamps, kind="stable")
     ordered = velocity[order]
-    steps = 0.5 * (ordered[1:] + ordered[:-1]) * np.diff(stamps[order]) * 1e-9
+    periods = np.diff(stamps[order]) * 1e-9
+    steps = 0.5 * (ordered[1:] + ordered[:-1]) * np.where(periods <= RESTART_GAP, periods, 0.0)
     angle = np.empty(velocity.size)
     angle[order] = np.concatenate([[0.0], np.cumsum(steps)])[: velocity.size]
     return angle

@@ -109,7 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console(stderr=arguments.json == "-")
     start = _start(arguments)
     setup = Setup() if start is None else read_setup(start)
-    recordings = [read_recording(bag, topic_names(arguments)) for bag in arguments.bags]
+    radius = setup.robot.wheel_radius
+    recordings = [
+        read_recording(bag, topic_names(arguments)).with_wheel_angles(radius)
+        for bag in arguments.bags
+    ]
     findings = arguments.calibrate(recordings, setup, arguments)
     console.print(_table(recordings, findings))
     remarks = [f"{each.name}: {each.note}" for each in findings.quantities if each.note]

@@ -54,6 +54,8 @@ class Drive:
         require_kind("recording", self.recording, Recording, "a Recording")
         self.recording.require_usable()
         require_kind("setup", self.setup, Setup, "a Setup")
+        turned = self.recording.with_wheel_angles(self.setup.robot.wheel_radius)
+        object.__setattr__(self, "recording", turned)
         require_kind("settings", self.settings, Settings, "Settings")
         require_kind("options", self.options, ScoringOptions, "ScoringOptions")
         object.__setattr__(self, "notes", require_names("notes", self.notes))

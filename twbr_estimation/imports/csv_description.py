@@ -17,7 +17,8 @@
       gyro: deg/s               # rad/s, deg/s, or LSB with `lsb_per` below
       accel: g                  # m/s^2, g, or LSB
       wheels: counts            # rad, deg, or counts with `counts_per_turn`
-      wheel_speeds: rpm         # rad/s, deg/s, rpm, or counts/s with `counts_per_turn`
+      wheel_speeds: rpm         # rad/s, deg/s, rpm, counts/s with `counts_per_turn`, or m/s,
+                                # mm/s with `robot.wheel_radius`
       motors: V                 # V, mV
       estimates: deg            # rad, deg
       reference: deg            # rad, deg, or counts
@@ -268,6 +269,8 @@ class _Reader:
         unit = self.content.get("units", {}).get(role, default)
         if unit not in UNITS[role]:
             raise ConfigurationError(f"units.{role}: {unit!r}; known: {_list(UNITS[role])}")
+        if role == "wheel_speeds" and unit in ("m/s", "mm/s"):
+            return UNITS[role][unit] / _robot(self.content.get("robot", {})).wheel_radius
         if unit not in DIVISORS:
             return UNITS[role][unit]
         section = DIVISORS[unit]

@@ -18,12 +18,15 @@ UNITS: Mapping[str, Mapping[str, float]] = {
         "deg/s": math.radians(1.0),
         "rpm": _TURN / 60.0,
         "counts/s": _TURN,
+        "m/s": 1.0,
+        "mm/s": 1e-3,
     },
     "reference": {"rad": 1.0, "deg": math.radians(1.0), "counts": _TURN},
     "temperature": {"degC": 1.0},
     "motors": {"V": 1.0, "mV": 1e-3},
     "estimates": {"rad": 1.0, "deg": math.radians(1.0)},
 }
-"""SI value of one unit; LSB and counts are divided by what `DIVISORS` names."""
+"""SI value of one unit; LSB and counts are divided by what `DIVISORS` names, and a speed over the
+ground by the wheel radius."""
 DIVISORS = {"LSB": "lsb_per", "counts": "counts_per_turn", "counts/s": "counts_per_turn"}
 """Section of the description with the number of counts in the unit's SI value."""

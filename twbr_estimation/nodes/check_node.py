@@ -23,12 +23,12 @@ from ..parameters.bounds import Meaning
 from ..robot import Setup
 from ..streams.acceptance import Acceptance, AcceptanceSettings
 from ..streams.device.stamping import Stamping
+from ..streams.inputs import wheel_input
 from ..streams.messages import JointStateDecoder, decode_raw_imu
-from ..streams.wheels import WheelDecoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import declare_inputs, listen
+from .inputs import declare_inputs, listen, listen_to_wheels
 from .parameters import NodeParameters
 from .spin import run
 
@@ -67,12 +67,7 @@ class CheckNode(GuardedNode):
         setup = self._declared(Setup())
         self._outputs = self._declared(CheckOutputs())
         self.acceptance = Acceptance(setup, self._declared(AcceptanceSettings()), inputs.wheel_wait)
-        self._wheels = WheelDecoder(
-            inputs.left_wheel_joint,
-            inputs.right_wheel_joint,
-            inputs.wheel_gear_ratio,
-            inputs.stamps,
-        )
+        self._wheels = wheel_input(inputs, lambda: setup.robot.wheel_radius)
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._joints = JointStateDecoder()
         self.status: int | None = None
@@ -82,7 +77,7 @@ class CheckNode(GuardedNode):
         self._asked = ""
         self._printed = False
         listen(self, Imu, "imu/data_raw", self._readable(self._on_imu))
-        listen(self, JointState, "joint_states", self._readable(self._on_joints))
+        listen_to_wheels(self, inputs, self._readable(self._on_joints))
         listen(self, JointState, "reference/joint_states", self._readable(self._on_reference))
         self._diagnostics = Diagnostics(self, self.report)
         steady = Clock(clock_type=ClockType.STEADY_TIME)

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from sensor_msgs.msg import Imu, JointState, Temperature
+from sensor_msgs.msg import Imu, Temperature
 
 from ..checks.finding import sentences
 from ..checks.live import LiveChecks
@@ -21,13 +21,13 @@ from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream
 from ..streams.device.stamping import Stamping
 from ..streams.guarded import StampedSamples
+from ..streams.inputs import wheel_input
 from ..streams.messages import ImuEncoder, decode_raw_imu, decode_temperature
-from ..streams.wheels import WheelDecoder
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen
+from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen, listen_to_wheels
 from .mounting import MountingFromFrames
 from .parameters import NodeParameters, declare
 from .qos import overridable, published
@@ -74,7 +74,8 @@ class CorrectionNode(GuardedNode):
         self._calibration = CalibrationService(
             self, lambda: setup.current, self._recent, lambda: self._stream.temperature
         )
-        self._wheels = WheelDecoder(*self.wheel_joints, inputs.wheel_gear_ratio, inputs.stamps)
+        self._inputs = inputs
+        self._wheels = wheel_input(inputs, lambda: setup.current.robot.wheel_radius)
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._unreadable = 0
         self.pass_wheels: Callable[[WheelReading], None] | None = None
@@ -93,7 +94,7 @@ class CorrectionNode(GuardedNode):
         listen(self, Temperature, "imu/temperature", self._on_temperature)
         if subscribe:
             listen(self, Imu, "imu/data_raw", self._on_imu)
-            listen(self, JointState, "joint_states", self._on_joints)
+            listen_to_wheels(self, self._inputs, self._on_joints)
 
     def take_imu(self, stamp: int, values: tuple[float, ...]) -> None:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2] stamped `stamp` [ns]."""

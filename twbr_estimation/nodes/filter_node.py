@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from sensor_msgs.msg import Imu, JointState, Temperature
+from sensor_msgs.msg import Imu, Temperature
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -27,7 +27,7 @@ from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen
+from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen, listen_to_wheels
 from .parameters import declare
 from .spin import run
 from .tilt_outputs import TiltOutputs
@@ -53,6 +53,7 @@ class FilterNode(GuardedNode):
         configuration = self._chosen.current
         inputs = declare_inputs(self)
         self._stream = FilterStream(configuration.filters)
+        self._inputs = inputs
         self._input = TiltInput(inputs, configuration.setup)
         self._outputs = TiltOutputs(self, declare(self, IMU_FRAME))
         self._transform = TiltTransform(self)
@@ -84,7 +85,7 @@ class FilterNode(GuardedNode):
         """Listen to wheels and motors from the moment on when something needs them."""
         self._input.paired = self._stream.uses_wheels or self._stream.uses_motors
         if self._subscribes and self._joints is None and self._input.needs_wheels:
-            self._joints = listen(self, JointState, "joint_states", self._on_joints)
+            self._joints = listen_to_wheels(self, self._inputs, self._on_joints)
         if self._subscribes and self._temperature is None and self._input.raw:
             self._temperature = listen(self, Temperature, "imu/temperature", self._on_temperature)
         if self._motors is None and self._stream.uses_motors:

@@ -6,10 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 
 from ..live_code.providing import BackgroundSteps, background_steps
-from ..streams.inputs import InputSettings
+from ..streams import odometry, wheels
+from ..streams.inputs import InputSettings, WheelSource
 from .declarations import Declaration, declarations_of, settings_from
+from .message_types import message_type
 from .parameters import NodeParameters, declare
 from .qos import overridable, subscribed
 
@@ -58,6 +61,17 @@ def declare_inputs(node: Node) -> InputSettings:
     return NodeParameters(
         node, declared, lambda values: settings_from(InputSettings(), values)
     ).current
+
+
+def listen_to_wheels(node: Node, settings: InputSettings, callback: Callable[[bytes], None]) -> Any:
+    """Subscribe to the serialised messages of the topic that shows how the wheels turn.
+
+    Raises:
+        ConfigurationError: it is an odometry and nav_msgs is not installed.
+    """
+    if settings.wheel_source is WheelSource.ODOMETRY:
+        return listen(node, message_type("nav_msgs/msg/Odometry"), odometry.TOPIC, callback)
+    return listen(node, JointState, wheels.TOPIC, callback)
 
 
 def listen(node: Node, kind: Any, topic: str, callback: Callable[[bytes], None]) -> Any:

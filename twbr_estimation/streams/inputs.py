@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Annotated
 
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import DEFAULT_WAIT
 from .device.stamping import Stamps
+from .odometry import OdometryDecoder
+from .wheels import WheelDecoder
+
+
+class WheelSource(str, Enum):
+    """Topic that shows how the wheels turn."""
+
+    JOINT_STATES = "joint_states"
+    """`joint_states`: angle or rate of each wheel."""
+    ODOMETRY = "odometry"
+    """`odom`, nav_msgs/Odometry: the forward speed of the base."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +54,13 @@ class InputSettings:
             "where a loop is slower than the sensor; 0 passes each on. Raw input only",
         ),
     ] = 0.0
+    wheel_source: Annotated[
+        WheelSource,
+        Meaning(
+            "Topic that shows how the wheels turn: `joint_states`, or `odometry` for the forward "
+            "speed in nav_msgs/Odometry on `odom`, integrated and divided by `robot.wheel_radius`."
+        ),
+    ] = WheelSource.JOINT_STATES
     left_wheel_joint: Annotated[
         str,
         Meaning(
@@ -68,9 +88,28 @@ class InputSettings:
             1000.0,
             "",
             "Turns of the joints to one turn of the wheels: that of the gear where "
-            "`joint_states` counts turns of the motors",
+            "`joint_states` counts turns of the motors; a speed on `odom` is divided by it",
         ),
     ] = 1.0
 
     def __post_init__(self) -> None:
         require_bounds(self)
+
+
+def wheel_input(
+    settings: InputSettings, radius: Callable[[], float]
+) -> WheelDecoder | OdometryDecoder:
+    """Return what decodes the messages of the topic that `settings` chooses.
+
+    Args:
+        settings: Of the inputs.
+        radius: Returns that of the wheels [m].
+    """
+    if settings.wheel_source is WheelSource.ODOMETRY:
+        return OdometryDecoder(radius, settings.wheel_gear_ratio, settings.stamps)
+    return WheelDecoder(
+        settings.left_wheel_joint,
+        settings.right_wheel_joint,
+        settings.wheel_gear_ratio,
+        settings.stamps,
+    )

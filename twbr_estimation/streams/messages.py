@@ -19,6 +19,7 @@ from ..messages import (
     IMU_DOUBLES,
     ORIENTATION,
     ORIENTATION_COVARIANCE,
+    POSE_DOUBLES,
 )
 from ..pipeline.pairing import MotorCommand, motor_command
 from ..pipeline.physical import LARGEST_VOLTAGE
@@ -303,6 +304,24 @@ def decode_temperature(data: bytes) -> float:
         raise MessageError(f"a Temperature of {len(data)} bytes: {error}") from None
     _require_encoding(data)
     return value
+
+
+def decode_forward_speed(data: bytes) -> tuple[int, float]:
+    """Return stamp [ns] and forward speed [m/s] of a serialised `nav_msgs/Odometry`.
+
+    Raises:
+        MessageError: not an Odometry in little-endian XCDR version 1.
+    """
+    try:
+        seconds, nanoseconds, length = _read_stamp(data, _STAMP)
+        child = _aligned(_FRAME + 4 + length, 4)
+        twist = _aligned(child + 4 + int(_read_count(data, child)[0]), 8) + 8 * POSE_DOUBLES
+        speed = float(_DOUBLE.unpack_from(data, twist)[0])
+    except struct.error as error:
+        raise MessageError(f"an Odometry of {len(data)} bytes cannot be read: {error}") from None
+    _require_encoding(data)
+    _require_time(nanoseconds)
+    return seconds * NANOSECONDS_PER_SECOND + nanoseconds, speed
 
 
 def encode_float64(value: float) -> bytes:

@@ -14,9 +14,8 @@ from .corrected import CorrectedStream, has_angle, is_default, readings_of
 from .correction import CorrectionStream
 from .device.stamping import Stamping
 from .guarded import StampedSamples
-from .inputs import InputSettings
+from .inputs import InputSettings, wheel_input
 from .messages import decode_imu, decode_temperature
-from .wheels import WheelDecoder
 
 SWITCH_AFTER = 10
 """Messages of the other kind, corrected or raw, in a row before the input counts as that kind."""
@@ -43,12 +42,8 @@ class TiltInput:
         self._correction = CorrectionStream(
             setup, settings.wheel_wait, loop_period=settings.loop_period, checks=self.checks
         )
-        self._wheels = WheelDecoder(
-            settings.left_wheel_joint,
-            settings.right_wheel_joint,
-            settings.wheel_gear_ratio,
-            settings.stamps,
-        )
+        self._robot = setup.robot
+        self._wheels = wheel_input(settings, lambda: self._robot.wheel_radius)
         self._stamping = Stamping(settings.stamps, "imu/data_raw")
 
     @property
@@ -72,6 +67,7 @@ class TiltInput:
     def configure(self, setup: Setup) -> None:
         """Correct raw messages with another setup from the next one on."""
         self._correction.configure(setup)
+        self._robot = setup.robot
 
     def add_temperature(self, data: bytes) -> None:
         """Take a serialised Temperature of the IMU, for raw messages.
