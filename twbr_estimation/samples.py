@@ -7,6 +7,7 @@ floats so that the same functions run interpreted in a node and compiled in a ba
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import NamedTuple
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
@@ -17,6 +18,17 @@ SINGLE_WHEEL_JOINT = "wheel_joint"
 """Joint of robots with one wheel encoder; it counts where the two wheels' joints are absent."""
 RESTART_GAP = 1.0
 """A longer time between two samples [s] starts correction and filters afresh."""
+
+
+class Stamps(Enum):
+    """Which clock stamps a sample."""
+
+    HEADER = "header"
+    """The message's own stamp, of the clock of this computer."""
+    ARRIVAL = "arrival"
+    """When the message came, or was recorded."""
+    DEVICE = "device"
+    """The message's own stamp, of a clock of its sender that is related to ours."""
 
 
 READINGS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")

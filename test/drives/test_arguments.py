@@ -231,6 +231,7 @@ ARGUMENTS = {
             ("text", "number in a text", "list of texts"),
         ),
         Argument("reference_joint", lambda v: twbr.TopicNames(reference_joint=v), TEXTS),
+        Argument("stamps", lambda v: twbr.TopicNames(stamps=v)),
     ],
     "Recording": [
         Argument("source", lambda v: twbr.Recording(v, track()), TEXTS),

@@ -99,7 +99,7 @@ class Cleaner:
         if zero.size > 1 and zero.all():
             raise RecordingError(
                 f"{self.topic}: the header stamps of all {zero.size} messages are 0; "
-                "the driver must stamp its messages"
+                "`topics.stamps`: arrival takes the time of recording"
             )
         if zero[0] and not zero[1:].any() and columns.stamps[1:2].sum() <= JUMP:
             return columns

@@ -32,6 +32,7 @@ from .columns import (
     Columns,
 )
 from .contents import Contents, TopicRequest, read_contents
+from .restamping import restamped
 from .topics import (
     FLOAT64,
     FLOAT64_ARRAY,
@@ -48,6 +49,8 @@ from .wheel_tracks import repaired_wheels, rolled, wheel_columns
 _UNIT_TOLERANCE = 0.1
 """Largest deviation of a quaternion's length from 1; two decimals keep it within 0.01."""
 _WHEEL_TYPES = (JOINT_STATE, ODOMETRY)
+_RESTAMPED = ("imu", "joint_states", "temperature")
+"""Roles whose stamps may be those of a device."""
 _TILT_TYPES = (JOINT_STATE, IMU, FLOAT64)
 
 
@@ -228,7 +231,10 @@ class _Reader:
                 raise self._missing(f"`topics.{role}`", topic, smooth)
             return None
         joint = "wheel_joints" if role == "joint_states" else "reference_joint"
-        return self._with_joint(request, f"`topics.{joint}`")
+        columns = self._with_joint(request, f"`topics.{joint}`")
+        if role not in _RESTAMPED:
+            return columns
+        return restamped(request.topic, columns, self.names.stamps, self.repairs)
 
     def _with_joint(self, request: TopicRequest, argument: str) -> Columns:
         columns = self.contents.columns[request]

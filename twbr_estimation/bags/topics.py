@@ -6,7 +6,8 @@ import re
 from dataclasses import dataclass, fields
 
 from ..errors import ConfigurationError
-from ..parameters.argument_checks import elements_of, require_kind
+from ..parameters.argument_checks import elements_of, require_kind, shown
+from ..samples import Stamps
 
 IMU = "sensor_msgs/msg/Imu"
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -40,8 +41,11 @@ class TopicNames:
     """`sensor_msgs/Temperature` of the IMU."""
     motors: str = "/motor/command"
     """`std_msgs/Float64MultiArray` with the voltage [V] of both motors, or of left and right."""
+    stamps: Stamps = Stamps.HEADER
+    """Which clock stamps the messages of IMU, wheels and temperature; see `restamping`."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "stamps", _stamps(self.stamps))
         for role in ROLES:
             require_kind(f"topics.{role}", getattr(self, role), str, "the name of a topic")
             object.__setattr__(self, role, absolute(getattr(self, role)))
@@ -65,6 +69,17 @@ ROLES = ("imu", "joint_states", "reference", "truth", "temperature", "motors")
 """Fields of `TopicNames` that are topics."""
 
 _DEFAULTS = {field.name: field.default for field in fields(TopicNames)}
+
+
+def _stamps(given: object) -> Stamps:
+    """Return which clock is meant by a member of `Stamps` or its value."""
+    try:
+        return Stamps(given)
+    except ValueError:
+        known = ", ".join(each.value for each in Stamps)
+        raise ConfigurationError(
+            f"{shown(given)} is no clock; there are: {known} (`topics.stamps`)"
+        ) from None
 
 
 def absolute(name: str) -> str:

@@ -16,6 +16,7 @@ from ..configuration.of_recording import TERMS
 from ..drives.drive import chosen, require_period
 from ..drives.request import RunRequest
 from ..errors import ConfigurationError
+from ..samples import Stamps
 from ..scoring.errors import ScoringOptions
 from ..scoring.estimator_topics import FORM
 
@@ -35,6 +36,7 @@ FLAGS = {
     **{f"topics.{role}": f"--{role.replace('_', '-')}-topic" for role in ROLES},
     "topics.wheel_joints": "--wheel-joints",
     "topics.reference_joint": "--reference-joint",
+    "topics.stamps": "--stamps",
 }
 """The flag that sets each argument of the library; its errors name arguments in backticks."""
 
@@ -84,6 +86,13 @@ def add_recordings(
         default=defaults.reference_joint,
         help="default: %(default)s",
     )
+    group.add_argument(
+        FLAGS["topics.stamps"],
+        choices=[each.value for each in Stamps],
+        default=defaults.stamps.value,
+        help="clock of IMU and wheels: the header's, that of the recorder, or the device's own, "
+        "related to the recorder's; default: %(default)s",
+    )
 
 
 def topic_names(arguments: argparse.Namespace) -> TopicNames:
@@ -92,6 +101,7 @@ def topic_names(arguments: argparse.Namespace) -> TopicNames:
         **{role: getattr(arguments, role) for role in ROLES},
         wheel_joints=tuple(arguments.wheel_joints.split(",")),
         reference_joint=arguments.reference_joint,
+        stamps=Stamps(arguments.stamps),
     )
 
 

@@ -14,9 +14,9 @@ from ..controllers.base import controller_named, listed_controllers
 from ..errors import TwbrError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..robot import Robot
+from ..samples import Stamps
 from ..streams.control.balance import BalanceConfiguration, BalanceSettings
 from ..streams.control.motors import ControlConfiguration, ControlSettings
-from ..streams.device.stamping import Stamps
 from .declarations import (
     declarations_of,
     declared_values_from,

@@ -26,12 +26,11 @@ from ..messages import (
     UNREPORTED,
 )
 from ..parameters.bounds import Bounds, Meaning, require_bounds
-from ..samples import SINGLE_WHEEL_JOINT
+from ..samples import SINGLE_WHEEL_JOINT, Stamps
 from ..streams.device.clock import DeviceClock
 from ..streams.device.frames import TICK, WRAP, DeviceSample, decode_frame
 from ..streams.device.lines import NANOSECOND, LineDecoder
 from ..streams.device.port import PortStream, text_decoder
-from ..streams.device.stamping import Stamps
 from ..streams.messages import ImuEncoder, JointStateEncoder
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report

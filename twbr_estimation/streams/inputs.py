@@ -9,7 +9,7 @@ from typing import Annotated
 
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..pipeline.pairing import DEFAULT_WAIT
-from .device.stamping import Stamps
+from ..samples import Stamps
 from .odometry import OdometryDecoder
 from .wheels import WheelDecoder
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..pipeline.pairing import WheelReading, wheel_reading
-from .device.stamping import Stamping, Stamps
+from ..samples import Stamps
+from .device.stamping import Stamping
 from .messages import decode_forward_speed
 from .wheels import WheelRates
 

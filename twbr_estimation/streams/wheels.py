@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from ..pipeline.pairing import WheelReading, wheel_reading
-from ..samples import RESTART_GAP, SINGLE_WHEEL_JOINT
-from .device.stamping import Stamping, Stamps
+from ..samples import RESTART_GAP, SINGLE_WHEEL_JOINT, Stamps
+from .device.stamping import Stamping
 from .messages import JointStateDecoder
 
 TOPIC = "joint_states"

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from enum import Enum
 
-from ...samples import RESTART_GAP
+from ...samples import RESTART_GAP, Stamps
 from .clock import DeviceClock
 
 CALENDAR = 1_000_000_000_000_000_000
 """A stamp before this one [ns], in the year 2001, is no calendar time."""
 _GAP = round(RESTART_GAP * 1e9)
-
-
-class Stamps(Enum):
-    """Which clock stamps a sample."""
-
-    HEADER = "header"
-    ARRIVAL = "arrival"
-    DEVICE = "device"
 
 
 class Stamping:
