@@ -18,8 +18,13 @@ from twbr_estimation.dashboard.source import (
     StreamRate,
 )
 from twbr_estimation.dashboard.telemetry import ACTIVE, Telemetry
+from twbr_estimation.errors import TwbrError
 
 MARKUP = "<img src=x onerror=alert(1)>"
+
+
+class RequestError(TwbrError):
+    """A node does not answer."""
 
 
 class FakeRobot(Source):
@@ -73,12 +78,14 @@ class FakeRobot(Source):
         return [StreamRate("imu/data", 200.0, 0.001, 0.1), StreamRate("never", 0.0, math.inf)]
 
     def nodes(self) -> Sequence[str]:
-        return ["filter_node"]
+        return ["filter_node", "mute_node"]
 
     def revision(self, node: str) -> int:
         return self.changes
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
+        if node == "mute_node":
+            raise RequestError("mute_node: no answer for 3 s")
         value = self._values
         return [
             ParameterInfo("compare", value["compare"], "names"),

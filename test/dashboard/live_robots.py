@@ -19,6 +19,10 @@ CALIBRATION = {
     for name in ("gyro_bias", "accel_bias", "accel_scale_x", "accel_scale_z")
 }
 LOSSLESS = ("imu/data_raw", "imu/data_corrected", "imu/data", "joint_states", "motor/command")
+ROLLS_OUT = {"stillness__wheel_limit": 1.0}
+"""Wheels of the fallen robot go on rolling slowly [rad]."""
+LONGEST = 60.0
+"""A wait for the robot's time [s]."""
 SECOND = "second"
 """Namespace of the other robot."""
 
@@ -32,14 +36,14 @@ class LiveRobots:
         robot: dict[str, Any] = {"world": "paper", "seed": 7, "lockstep": True, "duration": 5.0}
         lossless = graph.lossless(*LOSSLESS)
         self.simulator = graph.add(SimulatorNode(**graph.options(**robot, **lossless)))
-        correction = graph.options(**shared, **CALIBRATION, timeout=60.0)
-        graph.add(CorrectionNode(**correction))
+        correction = graph.options(**shared, **CALIBRATION, **ROLLS_OUT, timeout=60.0)
+        self.correction = graph.add(CorrectionNode(**correction))
         compared = {"compare": ["complementary"], "timeout": 60.0}
         self.filter = graph.add(FilterNode(**graph.options(**shared, **compared)))
         controller = {"clock_timeout": 60.0, "prepare_all": False}
         graph.add(ControllerNode(**graph.options(**shared, **controller)))
         held = graph.options(world="ideal", imu_period=0.02, duration=5.0)
-        graph.add(SimulatorNode(namespace=SECOND, **held))
+        self.second = graph.add(SimulatorNode(namespace=SECOND, **held))
         self._todo: list[Callable[[], None]] = []
         self._ends = threading.Event()
         self._thread = threading.Thread(target=self._spin)
@@ -54,6 +58,14 @@ class LiveRobots:
             simulated = (self.simulator.simulator.latest.stamp - first) * 1e-9
             if (ahead := simulated - (time.monotonic() - begin)) > 0.0:
                 time.sleep(min(ahead, 0.02))
+
+    def wait(self, seconds: float) -> None:
+        """Wait until the first robot has lived through so much of its own time [s]."""
+        end = self.simulator.simulator.latest.stamp + round(seconds * 1e9)
+        limit = time.monotonic() + LONGEST
+        while self.simulator.simulator.latest.stamp < end:
+            assert time.monotonic() < limit, "the robot's time stands still"
+            time.sleep(0.05)
 
     def parameter(self, name: str) -> Any:
         """Return a parameter of the filter node."""

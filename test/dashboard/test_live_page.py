@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,12 +16,24 @@ pytest.importorskip("nicegui", reason="needs the extra dashboard")
 from rclpy.parameter import Parameter
 
 from dashboard.live_robots import SECOND, LiveRobots
-from dashboard.looking import OUTSIDE, choose, free_port, mark, process, said, text, type_into
+from dashboard.looking import (
+    OUTSIDE,
+    TIMEOUT,
+    choose,
+    free_port,
+    mark,
+    process,
+    said,
+    text,
+    type_into,
+)
 from dashboard.looking import until as until_true
 from nodes.conftest import reserved_domain
 from report.browser import NAMES, Browser, chromium
 from twbr_estimation.cli.main import main as twbr
+from twbr_estimation.configuration.files import read_settings
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
+from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
 
 NODE = "import sys; from twbr_estimation.nodes.dashboard_node import main; sys.exit(main())"
 BAG = Path(__file__).resolve().parents[2] / "bags" / "verification"
@@ -73,6 +86,19 @@ def seen(scene: Scene, words: str) -> None:
     until(scene, f"document.body.innerText.includes({words!r})")
 
 
+def act(scene: Scene, action: str, words: str) -> None:
+    """Press a button, and wait until its outcome is said."""
+    until(scene, f"{mark(action)} !== null")
+    scene.browser.evaluate(f"{mark(action)}.click()")
+    seen(scene, words)
+
+
+def parameter_of(scene: Scene, filter_name: str) -> str:
+    """Wait until the list has parameters of a filter; return the first one's name."""
+    marks = "[...document.querySelectorAll('[data-mark]')].map(each => each.dataset.mark)"
+    return str(until(scene, f"{marks}.find(name => name.startsWith('{filter_name}.'))"))
+
+
 def test_a_robot_that_balances_is_seen_with_its_figures(scene: Scene) -> None:
     said(scene.browser, "balancing with pid")
     for part in ("active: ", "complementary", "filter_node: estimating", "imu/data", "Losses: "):
@@ -87,8 +113,7 @@ def test_a_switched_filter_runs_in_the_node_and_shows_its_parameters(scene: Scen
     choose(browser, "filter", "complementary")
     seen(scene, "filter is complementary")
     assert scene.robots.parameter("filter") == "complementary"
-    marks = "[...document.querySelectorAll('[data-mark]')].map(each => each.dataset.mark)"
-    parameter = until(scene, f"{marks}.find(name => name.startsWith('complementary.'))")
+    parameter = parameter_of(scene, "complementary")
     assert scene.robots.filter.has_parameter(parameter)
 
 
@@ -97,6 +122,7 @@ def test_a_change_from_elsewhere_is_seen(scene: Scene) -> None:
     (result,) = scene.robots.filter.set_parameters([change])
     assert result.successful
     seen(scene, f"active: {DEFAULT_FILTER}")
+    parameter_of(scene, DEFAULT_FILTER)
 
 
 def test_a_refused_value_is_said_with_its_reason_and_goes_back(scene: Scene) -> None:
@@ -127,9 +153,7 @@ def test_a_recording_is_one_and_can_be_evaluated(
     browser.evaluate(f"(() => {{ const b = {mark('record')}; b.click(); b.click(); }})()")
     seen(scene, "recording into")
     until(scene, f"{mark('stop recording')} !== null")
-    begin = scene.robots.simulator.simulator.latest.stamp
-    while scene.robots.simulator.simulator.latest.stamp < begin + 4_000_000_000:
-        browser.evaluate("new Promise(done => setTimeout(done, 100))")
+    scene.robots.wait(4.0)
     browser.evaluate(f"{mark('stop recording')}.click()")
     until(scene, "/: [0-9]+ messages/.test(document.body.innerText)")
     (folder,) = scene.recordings.iterdir()
@@ -138,6 +162,39 @@ def test_a_recording_is_one_and_can_be_evaluated(
     }
     assert twbr(["evaluate", str(folder), "--filter", "complementary"]) == 0
     assert "complementary" in capsys.readouterr().out
+
+
+def test_the_settings_are_saved_as_a_file_that_the_nodes_take(scene: Scene, tmp_path: Path) -> None:
+    browser = scene.browser
+    browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    browser.evaluate(f"{mark('save')}.click()")
+    path, end = tmp_path / "filters.yaml", time.monotonic() + TIMEOUT
+    while not path.exists():
+        assert time.monotonic() < end, "nothing was saved"
+        browser.evaluate("new Promise(done => setTimeout(done, 50))")
+    settings = read_settings(path)
+    assert settings.filter == scene.robots.parameter("filter")
+    name, value = "complementary", scene.robots.parameter("complementary.time_constant")
+    assert settings.values[name]["time_constant"] == value
+
+
+def test_a_disabled_robot_falls_is_calibrated_enabled_and_stood_up(scene: Scene) -> None:
+    for action, words in (
+        ("disable", "disabled: the motors are cut"),
+        ("reset filters", "the filters start afresh at the next sample"),
+    ):
+        act(scene, action, words)
+    said(scene.browser, "motors cut: disabled")
+    seen(scene, "simulator_node: fallen")
+    scene.robots.wait(4.0)
+    act(scene, "calibrate", "gyro bias ")
+    assert tuple(scene.robots.correction.get_parameter("calibration.gyro_bias").value) != (
+        PAPER_CALIBRATION.gyro_bias
+    )
+    act(scene, "enable", "enabled; it balances as soon as it is stood up")
+    act(scene, "stand up", "stood up at")
+    said(scene.browser, "balancing with pid")
+    act(scene, "calibrate", "the robot moved ")
 
 
 def test_it_fits_a_phone(scene: Scene) -> None:
@@ -155,6 +212,13 @@ def test_the_other_robot_has_a_tab_of_its_own(scene: Scene) -> None:
     until(scene, "twbr.robots.get(1)?.traces.get('reference')?.length > 3")
     seen(scene, "simulator_node: held until a motor command")
     assert "balancing" not in text(scene.browser)
+    choose(scene.browser, "node", "simulator_node")
+    until(scene, f"{mark('push_force')} !== null")
+    before = scene.robots.simulator.get_parameter("push_force").value
+    type_into(scene.browser, "push_force", "1.25")
+    seen(scene, "push_force is 1.25")
+    assert scene.robots.second.get_parameter("push_force").value == 1.25
+    assert scene.robots.simulator.get_parameter("push_force").value == before
     scene.browser.evaluate("document.querySelector('.q-tab').click()")
     said(scene.browser, "balancing")
 

@@ -100,6 +100,41 @@ def test_another_filter_is_chosen_and_its_parameters_are_shown(browser: Browser)
     said(browser, "filter kalman")
 
 
+def test_a_node_that_does_not_answer_is_not_shown_with_the_values_of_another(
+    browser: Browser,
+) -> None:
+    until(browser, f"{mark('kalman.q1')} !== null")
+    choose(browser, "node", "mute_node")
+    until(browser, "document.body.innerText.includes('mute_node: no answer for 3 s')")
+    until(browser, f"{mark('kalman.q1')} === null")
+    choose(browser, "node", "filter_node")
+    until(browser, f"{mark('kalman.q1')} !== null")
+
+
+def test_both_charts_show_the_time_that_one_is_zoomed_to(browser: Browser) -> None:
+    charts = [f"getElement(twbr.robots.get(0).ids.{name}).chart" for name in ("tilt", "error")]
+    until(browser, "!!twbr.robots.get(0).listened")
+    shown = f"[{', '.join(f'{each}.getOption().dataZoom[0]' for each in charts)}]"
+    browser.evaluate(
+        f"{charts[1]}.dispatchAction({{ type: 'dataZoom', dataZoomIndex: 0, start: 20, end: 60 }})"
+    )
+    until(browser, f"{shown}.every(each => each.start === 20 && each.end === 60)")
+    browser.evaluate("twbr.zoomOut(0)")
+    until(browser, f"{shown}.every(each => each.start === 0 && each.end === 100)")
+
+
+def test_values_under_the_pointer_are_shown_while_the_picture_stands_still(
+    browser: Browser,
+) -> None:
+    shown = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption().tooltip[0].show"
+    until(browser, "!!twbr.robots.get(0).listened")
+    assert browser.evaluate(shown) is False
+    browser.evaluate("twbr.pause(0, true)")
+    until(browser, shown)
+    browser.evaluate("twbr.pause(0, false)")
+    until(browser, f"!{shown}")
+
+
 def test_a_text_is_shown_as_it_is_and_what_is_no_list_is_refused(browser: Browser) -> None:
     until(browser, f"{mark('kalman.frame')} !== null")
     value = "({0}.querySelector?.('input') ?? {0}).value"

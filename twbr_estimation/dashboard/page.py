@@ -19,6 +19,8 @@ COLORS = {"OK": "positive", "WARN": "warning", "ERROR": "negative", "STALE": "gr
 REFRESH = 0.5
 """Time between two updates of the state in words [s]; tables and lists take twice as long."""
 GHOST = "#9e9e9e"
+OTHERS = ["#8e24aa", "#7cb342", "#d81b60", "#6d4c41", "#fbc02d", "#00838f", "#5e35b1"]
+"""Of the traces that `live.js` gives no colour: the compared filters."""
 STYLE = """
 .nicegui-content { padding: 8px }
 .nicegui-content .q-card { min-width: 0 }
@@ -106,7 +108,7 @@ class RobotView:
                 panel.refresh()
 
     def _charts(self) -> tuple[ui.echart, ui.echart]:
-        with ui.row().classes("w-full items-center"):
+        with ui.row().classes("w-full items-center no-wrap gap-2"):
             ui.label("Tilt [deg] against time [s]").classes("text-subtitle1")
             ui.space()
             ui.switch("pause", on_change=lambda event: self._run("pause", bool(event.value)))
@@ -152,7 +154,8 @@ def _chart(legend: bool = True) -> dict[str, object]:
         "animation": False,
         "grid": {"left": 48, "right": 12, "top": 32 if legend else 8, "bottom": 28},
         "legend": {"show": legend, "type": "scroll", "top": 0},
-        "tooltip": {"trigger": "axis"},
+        "color": OTHERS,
+        "tooltip": {"trigger": "axis", "confine": True, "show": False},
         "xAxis": {
             "type": "value",
             "min": 0,

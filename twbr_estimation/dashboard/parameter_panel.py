@@ -31,6 +31,7 @@ class ParameterPanel:
         self._laid_out: object = None
         self._read: object = None
         """Node and revision that are shown."""
+        self._shown_node = ""
         ui.label("Parameters").classes("text-subtitle1")
         with ui.row().classes("w-full items-center no-wrap"):
             self._node = ui.select([], label="node", on_change=lambda: self._load()).classes("grow")
@@ -66,8 +67,11 @@ class ParameterPanel:
         except TwbrError as error:
             if aloud:
                 self._notices.show(ShownOutcome(False, str(error)))
+            if self._shown_node != node:  # not those of another node under this one's name
+                self._found, self._shown_node = [], node
+                self._fill()
             return
-        self._read = read
+        self._read, self._shown_node = read, node
         self._fill()
 
     def _shown(self) -> list[ParameterInfo]:

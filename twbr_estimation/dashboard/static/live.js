@@ -6,6 +6,7 @@ const WINDOW = 30.0; // seconds kept and shown
 const BAND = "2 sigma";
 const REPEAT = 100; // of a held command [ms]
 const RECONNECT = 1000; // [ms]
+const STILL = 500; // without a new picture, until the charts show values under the pointer [ms]
 const KNOB = 32; // way of the knob from the middle of the pad [px]
 const DIRECTIONS = {
   w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1],
@@ -31,6 +32,13 @@ function product(a, b) {
   return a.map((row) => b[0].map((_, j) => row.reduce((sum, value, k) => sum + value * b[k][j], 0)));
 }
 
+// Let one chart show the time that another one shows.
+function zoomAlike(from, to) {
+  const [wanted] = from.getOption().dataZoom, [present] = to.getOption().dataZoom;
+  if (wanted.start === present.start && wanted.end === present.end) return;
+  to.dispatchAction({ type: "dataZoom", dataZoomIndex: 0, start: wanted.start, end: wanted.end });
+}
+
 class Robot {
   constructor(index, ids) {
     this.index = index;
@@ -43,6 +51,7 @@ class Robot {
     this.drawn = 0;
     this.frames = 0;
     this.known = "";
+    this.tips = null;
     this.pad = new Pad(ids.pad === null ? null : getHtmlElement(ids.pad), (command) => this.say({ drive: command }));
     this.connect();
     requestAnimationFrame(() => this.draw());
@@ -128,6 +137,10 @@ class Robot {
     const error = getElement(this.ids.error)?.chart;
     const latest = this.latest();
     if (!tilt || !error || !isFinite(latest)) return;
+    if (this.listened !== tilt) this.listen(tilt, error);
+    this.showTips(false);
+    clearTimeout(this.still);
+    this.still = setTimeout(() => this.showTips(true), STILL);
     const axis = { min: Math.max(0, latest - WINDOW), max: Math.max(WINDOW, latest) };
     const names = [...this.traces.keys()].sort();
     const series = names.map((name) => ({
@@ -148,10 +161,6 @@ class Robot {
       for (const name of fresh) option.legend.selected[name] = !styles[name]?.off;
     }
     tilt.setOption(option);
-    if (this.listened !== tilt) {
-      this.listened = tilt;
-      tilt.on("legendselectchanged", (event) => this.show(event.selected));
-    }
     const band = (sign) => this.errors.map(([t, , deviation]) => [t, sign * 2 * deviation]);
     const edge = { type: "line", name: BAND, showSymbol: false, animation: false, color: "#bbbbbb" };
     error.setOption({
@@ -166,6 +175,23 @@ class Robot {
         },
       ],
     });
+  }
+
+  listen(tilt, error) {
+    this.listened = tilt;
+    this.tips = null;
+    tilt.on("legendselectchanged", (event) => this.show(event.selected));
+    tilt.on("datazoom", () => zoomAlike(tilt, error));
+    error.on("datazoom", () => zoomAlike(error, tilt));
+  }
+
+  // Values under the pointer: where the picture moves they would be those of another time.
+  showTips(shown) {
+    if (shown === this.tips) return;
+    this.tips = shown;
+    for (const id of [this.ids.tilt, this.ids.error]) {
+      getElement(id)?.chart?.setOption({ tooltip: { show: shown } });
+    }
   }
 
   drawPose() {
