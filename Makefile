@@ -7,7 +7,7 @@ BIN := .venv/bin
 
 help:
 	@echo "make demo    replay the bundled recording through the live graph; errors as a table"
-	@echo "make balance see the simulated robot balance in the terminal: push it, drive it"
+	@echo "make balance see a simulated robot balance on a page: push it, drive it"
 	@echo "make test    run the tests"
 	@echo "make lint    check lint, format and types"
 	@echo "make format  rewrite the sources in the project's format"

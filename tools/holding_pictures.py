@@ -55,12 +55,13 @@ def wall(x: float) -> str:
     return line(x, 20, x, 121)
 
 
-def box(letter: str, turned: float = 0.0) -> str:
-    """Return a sensor board with an axis that points up, or elsewhere."""
+def box(words: str, lying: float = 0.0, pointing: float = 0.0) -> str:
+    """Return a sensor board and the axis that `words` name, both turned clockwise [deg]."""
     return (
-        f'<g transform="rotate({turned} 75 80)"><rect x="45" y="65" width="60" height="30" '
-        f'fill="none" stroke="{INK}" stroke-width="2"/><path d="M75 80V30m-6 10l6 -10l6 10" '
-        f'stroke="{ACCENT}" stroke-width="2" fill="none"/></g>' + text(92, 40, letter)
+        f'<rect x="45" y="65" width="60" height="30" fill="none" stroke="{INK}" '
+        f'stroke-width="2" transform="rotate({lying} 75 80)"/><path d="M75 80V38m-6 10l6 -10l6 10" '
+        f'stroke="{ACCENT}" stroke-width="2" fill="none" transform="rotate({pointing} 75 80)"/>'
+        + text(75, 24, words)
     )
 
 
@@ -77,8 +78,8 @@ PANELS: dict[str, Sequence[str]] = {
     ),
     "faces": (
         box("z up") + text(75, 142, "2 s"),
-        box("z down", 180) + text(75, 142, "2 s"),
-        box("x up, ...", 90) + text(75, 142, "up to six faces"),
+        box("z down", pointing=180) + text(75, 142, "2 s"),
+        box("x up, ...", lying=90) + text(75, 142, "up to six faces"),
     ),
     "turns": (
         floor() + robot(75) + text(75, 142, "rest 2 s"),
