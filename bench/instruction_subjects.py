@@ -6,6 +6,7 @@ turn, so that the counts are those of the product and the same on every machine.
 
 from __future__ import annotations
 
+import gc
 import itertools
 import math
 import os
@@ -14,8 +15,11 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import instruction_code
+
 from twbr_estimation.checks.quick import QuickChecks
 from twbr_estimation.filters.base import filter_named
+from twbr_estimation.live_code.providing import compiled_correction, compiled_filter
 from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.pipeline.pairing import wheel_reading
 from twbr_estimation.pipeline.tilt_filter import TiltFilter
@@ -253,6 +257,23 @@ def watched_filter() -> Run:
     return _each(WatchedFilter(filter_named("ins_odometer")).step, corrected_samples(0.005))
 
 
+def compiled_correction_step() -> Run:
+    """Correct one sample by machine code."""
+    corrector, code = Corrector(Setup()), compiled_correction()
+    assert code is not None, "no machine code"
+    corrector.use(code)
+    return _each(corrector.step, raw_samples(0.005))
+
+
+def compiled_watched_filter() -> Run:
+    """Step `ins_odometer` and judge it by machine code."""
+    entry = filter_named("ins_odometer")
+    watched, code = WatchedFilter(entry), compiled_filter(entry)
+    assert code is not None, "no machine code"
+    watched.use(code)
+    return _each(watched.step, corrected_samples(0.005))
+
+
 def quick_checks() -> Run:
     """Compare the sensors with each other."""
     return _each(QuickChecks().add, corrected_samples(0.005))
@@ -269,6 +290,8 @@ def subjects() -> dict[str, Callable[[], Run]]:
         filter_step,
         filter_step_1khz,
         watched_filter,
+        compiled_correction_step,
+        compiled_watched_filter,
         quick_checks,
     )
     found = {part.__name__: part for part in parts}
@@ -281,14 +304,29 @@ def subjects() -> dict[str, Callable[[], Run]]:
     return {**found, **NODES}
 
 
+def form() -> str:
+    """Return how the steps of this process run; empty where there are none."""
+    steps = [each for each in gc.get_objects() if isinstance(each, (Corrector, TiltFilter))]
+    found = {
+        "correction" if isinstance(each, Corrector) else "filter": getattr(each, "_in_code", False)
+        for each in steps
+        if isinstance(each, TiltFilter) or each._state is not None
+    }
+    return ", ".join(
+        f"{name} {'machine code' if compiled else 'interpreted'}"
+        for name, compiled in sorted(found.items())
+    )
+
+
 def count(part: str, turns: int) -> None:
-    """Run a part, between two marks for whoever counts."""
+    """Run a part, between two marks for whoever counts; print how its steps ran."""
+    instruction_code.use_folder()
     run = subjects()[part]()
     run(turns // 5)
     os.getpriority(os.PRIO_PROCESS, 0)
     run(turns)
     os.getpriority(os.PRIO_PROCESS, 0)
-    sys.stdout.flush()
+    print(form(), flush=True)
     os._exit(0)  # what comes after is not worth its time under an emulation
 
 

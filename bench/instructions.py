@@ -3,7 +3,8 @@
     python bench/instructions.py [PART ...]
 
 Needs valgrind. A part runs in callgrind, which counts between two marks after the start. What the
-kernel does is not counted.
+kernel does is not counted. Correction and filter of the nodes run as machine code where numba is
+installed; beside each count is what ran.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import instruction_code
+
 SUBJECTS = Path(__file__).with_name("instruction_subjects.py")
 TURNS = 500
 """Turns that are counted; a first fifth of them is not."""
@@ -26,8 +29,21 @@ MARK = "getpriority"
 _TOTAL = re.compile(r"^(?:summary|totals): (\d+)", re.MULTILINE)
 
 
-def instructions(part: str, turns: int = TURNS) -> float:
-    """Return the instructions of one turn of a part.
+class Count(NamedTuple):
+    """What one turn of a part takes."""
+
+    instructions: float
+    form: str
+    """What ran: machine code or interpreted; empty where there is no choice."""
+
+
+def counted(part: str, code: Path, turns: int = TURNS) -> Count:
+    """Count the instructions of one turn of a part.
+
+    Args:
+        part: Its name.
+        code: Folder with machine code.
+        turns: That are counted.
 
     Raises:
         RuntimeError: it failed.
@@ -37,15 +53,26 @@ def instructions(part: str, turns: int = TURNS) -> float:
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}"]
         command += [f"--dump-before={MARK}", sys.executable, str(SUBJECTS), part, str(turns)]
         environment = {**os.environ, "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1"}
+        environment |= instruction_code.environment(code)
         process = subprocess.run(
             command, env=environment, capture_output=True, text=True, check=False
         )
-        counted = out.with_suffix(".2")
-        if process.returncode or not counted.exists():
+        profile = out.with_suffix(".2")
+        if process.returncode or not profile.exists():
             raise RuntimeError(f"{part}: {process.stderr[-2000:]}")
-        found = _TOTAL.search(counted.read_text())
+        found = _TOTAL.search(profile.read_text())
         assert found is not None
-        return int(found.group(1)) / turns
+        return Count(int(found.group(1)) / turns, process.stdout.strip())
+
+
+def prepared(code: Path) -> str:
+    """Prepare machine code in a folder; return why there is none, or an empty text."""
+    command = [sys.executable, str(SUBJECTS.with_name("instruction_code.py"))]
+    environment = {**os.environ, **instruction_code.environment(code)}
+    result = subprocess.run(
+        command, env=environment, stderr=subprocess.PIPE, text=True, check=False
+    )
+    return result.stderr.strip().rpartition("\n")[2] if result.returncode else ""
 
 
 class Whole(NamedTuple):
@@ -100,9 +127,14 @@ def main(arguments: list[str] | None = None) -> int:
     from instruction_subjects import subjects
 
     counts = {}
-    for name in chosen.parts or subjects():
-        counts[name] = instructions(name, chosen.turns)
-        print(f"{name:24}{counts[name]:12,.0f}", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        code = Path(folder)
+        if problem := prepared(code):
+            print(f"no machine code: {problem}")
+        for name in chosen.parts or subjects():
+            found = counted(name, code, chosen.turns)
+            counts[name] = found.instructions
+            print(f"{name:24}{found.instructions:12,.0f}  {found.form}", flush=True)
     print(*shares(counts), sep="\n")
     return 0
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+import os
 from collections.abc import Callable
 from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
@@ -54,13 +55,19 @@ def _function_of(found: files.ObjectCode) -> Function:
 def processor() -> str:
     """Return the processor that code is made for, with what it can do.
 
+    That is this computer's, or the one that `NUMBA_CPU_NAME` and `NUMBA_CPU_FEATURES` name: numba
+    compiles for it.
+
     Raises:
         ImportError: llvmlite is not installed.
     """
     import llvmlite.binding as llvm
 
-    features = llvm.get_host_cpu_features().flatten()
-    return f"{llvm.get_default_triple()} {llvm.get_host_cpu_name()} {features}"
+    name = os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name()
+    features = os.environ.get("NUMBA_CPU_FEATURES")
+    if features is None:
+        features = "" if name == "generic" else llvm.get_host_cpu_features().flatten()
+    return f"{llvm.get_default_triple()} {name} {features}"
 
 
 def _engine() -> Any:
