@@ -94,7 +94,12 @@ def serve(
     app.router.routes.insert(0, WebSocketRoute("/stream/{index:int}", stream))
     app.add_static_files("/dashboard", STATIC)
     app.add_middleware(Access, token=settings.token, loopback=is_loopback(settings.host))
-    app.on_startup(lambda: started(" or ".join(settings.addresses())))
+
+    async def announce() -> None:
+        await _accepting(settings)
+        started(" or ".join(settings.addresses()))
+
+    app.on_startup(announce)
 
     @ui.page("/", title=settings.title)
     def index() -> None:
@@ -111,6 +116,21 @@ def serve(
         binding_refresh_interval=60.0,  # nothing is bound
         ws_per_message_deflate=False,  # costs more than it saves on small messages
     )
+
+
+async def _accepting(settings: ServerSettings) -> None:
+    """Wait until the server takes connections, which is a moment after it has started."""
+    import asyncio
+
+    host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(settings.host, settings.host)
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(host, settings.port)
+        except OSError:
+            await asyncio.sleep(0.05)
+        else:
+            writer.close()
+            return
 
 
 def _require_free(settings: ServerSettings) -> None:
