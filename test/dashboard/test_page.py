@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import urllib.error
 import urllib.request
@@ -61,6 +62,9 @@ def test_pictures_arrive_and_show_the_robot(browser: Browser) -> None:
     series = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption().series.map(s => s.name)"
     assert until(browser, f"{series}.length && {series}") == ["active", "raw", "reference"]
     until(browser, "document.body.innerText.includes('0.573')")  # the bias in deg
+    numbers = f"{mark('tilt')}.innerText.match(/-?[0-9.]+/g).map(Number)"
+    deg, rad, reference = until(browser, numbers)[:3]
+    assert abs(math.radians(deg) - rad) < 2e-3 and abs(deg - reference - 0.573) < 0.2
 
 
 def test_text_from_the_robot_is_not_markup(browser: Browser) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from twbr_estimation.dashboard.source import Status
+from twbr_estimation.dashboard.source import Status, StreamRate
 from twbr_estimation.dashboard.state import SILENT_AFTER, losses, state_in_words
 
 FILTER = Status("filter_node", "OK", "estimating", {"lost_samples": "0"}, 0.5)
@@ -46,6 +46,11 @@ def test_a_tilt_that_is_not_valid_is_an_error(level: str) -> None:
 def test_losses_are_the_counters_that_are_not_zero() -> None:
     other = Status("driver", "OK", "", {"unreadable_messages": "3", "samples": "9"}, 0.5)
     assert losses([FILTER, other]) == ["driver: unreadable_messages 3"]
+
+
+def test_losses_of_the_page_itself_are_said_as_well() -> None:
+    rates = [StreamRate("imu/data", 200.0, 0.01), StreamRate("tilt", 9.0, 0.1, unreadable=2)]
+    assert losses([FILTER], rates, 4) == ["tilt: unreadable 2", "page: not_finite 4"]
 
 
 def test_wheels_that_the_filter_ignores_are_said_while_the_robot_balances() -> None:

@@ -115,6 +115,17 @@ def test_coefficients_of_another_shape_are_interpreted(folder: Path) -> None:
         assert first == second
 
 
+def test_code_for_a_processor_that_is_named_is_not_that_of_this_computer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    own = loading.processor.__wrapped__()
+    monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
+    plain = loading.processor.__wrapped__()
+    assert plain.endswith(" generic ")
+    monkeypatch.setenv("NUMBA_CPU_FEATURES", "+sse4.2")
+    assert len({own, plain, loading.processor.__wrapped__()}) == 3
+
+
 def test_what_is_damaged_or_of_other_sources_is_not_used(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

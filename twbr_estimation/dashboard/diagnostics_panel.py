@@ -41,7 +41,9 @@ class DiagnosticsPanel:
         if shown != self._shown:
             self._shown = shown
             self._fill()
-        self._losses.set_text(f"Losses: {'; '.join(losses(statuses)) or 'none'}")
+        rates = self._source.rates()
+        lost = losses(statuses, rates, self._source.telemetry.not_finite)
+        self._losses.set_text(f"Losses: {'; '.join(lost) or 'none'}")
         rows = [
             {
                 "topic": each.topic,
@@ -49,7 +51,7 @@ class DiagnosticsPanel:
                 "age": "never" if math.isinf(each.age) else round(each.age, 2),
                 "longest": round(max(each.longest, each.age if each.longest else 0.0), 2),
             }
-            for each in self._source.rates()
+            for each in rates
         ]
         if rows != self._table.rows:
             self._table.rows = rows

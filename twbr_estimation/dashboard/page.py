@@ -14,6 +14,7 @@ from .filter_panel import FilterPanel
 from .parameter_panel import ParameterPanel
 from .playback_panel import PlaybackPanel
 from .source import ShownRobot, Source
+from .telemetry import DEGREES, Pose
 
 COLORS = {"OK": "positive", "WARN": "warning", "ERROR": "negative", "STALE": "grey"}
 REFRESH = 0.5
@@ -97,8 +98,10 @@ class RobotView:
         with ui.row().classes("w-full items-center"):
             ui.label(self._source.name).classes("text-h6")
             self._chip = ui.badge("").classes("text-body1 twbr-state").props("data-mark=state")
+            self._tilt = ui.label("").props("data-mark=tilt")
 
     def _refresh(self) -> None:
+        self._tilt.set_text(_in_numbers(self._source.telemetry.pose))
         words, level = self._source.words()
         self._chip.set_text(words)
         self._chip.props(f"color={COLORS.get(level, 'grey')}")
@@ -147,6 +150,16 @@ class RobotView:
                         spoke.rotate(0.0, 0.0, 0.0)
                         disc.rotate(0.0, 0.0, math.pi)
         return scene, parts[0], parts[1], wheels.id
+
+
+def _in_numbers(pose: Pose) -> str:
+    """Return the tilt as a number, and that of the reference where there is one."""
+    found = [("tilt", pose.tilt), ("reference", pose.reference)]
+    return ", ".join(
+        f"{name} {value * DEGREES:.1f} deg ({value:.3f} rad)"
+        for name, value in found
+        if math.isfinite(value)
+    )
 
 
 def _chart(legend: bool = True) -> dict[str, object]:

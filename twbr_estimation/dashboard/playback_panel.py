@@ -11,7 +11,7 @@ from .source import Source
 
 
 class PlaybackPanel:
-    """Goes to a time, plays and pauses."""
+    """Goes to a time, plays and pauses; shows the warnings about the recording."""
 
     def __init__(self, source: Source) -> None:
         """Build the panel."""
@@ -23,7 +23,8 @@ class PlaybackPanel:
             for name in ("play", "pause"):
                 button = ui.button(name, on_click=self._acting(name)).props("dense no-caps")
                 button.props(f'data-mark="{name}"')
-        self._label = ui.label("")
+        for each in source.statuses():
+            ui.label(each.message).classes("text-caption")
 
     def _acting(self, name: str) -> Callable[[], Coroutine[Any, Any, None]]:
         async def act() -> None:
@@ -34,4 +35,3 @@ class PlaybackPanel:
     def refresh(self) -> None:
         """Show the time of the picture."""
         self._slider.set_value(round(self._source.position(), 2))
-        self._label.set_text(self._source.words()[0])

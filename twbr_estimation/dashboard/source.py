@@ -56,6 +56,8 @@ class StreamRate:
     """Time since the newest message was received [s]; infinite before the first."""
     longest: float = 0.0
     """Longest time without a message since somebody looks [s]."""
+    unreadable: int = 0
+    """Messages that the page could not decode."""
 
 
 @dataclass(frozen=True, slots=True)

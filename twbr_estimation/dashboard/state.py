@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .source import Status
+from .source import Status, StreamRate
 
 RANK = ("OK", "STALE", "WARN", "ERROR")
 """Levels, the worst last."""
@@ -40,11 +40,23 @@ def state_in_words(statuses: Sequence[Status], silent: bool, valid: bool | None)
     return "; ".join([*gone, *parts]), level
 
 
-def losses(statuses: Sequence[Status]) -> list[str]:
-    """Return every counter of losses that is not zero, as `node: counter value`."""
-    return [
+def losses(
+    statuses: Sequence[Status], rates: Sequence[StreamRate] = (), not_finite: int = 0
+) -> list[str]:
+    """Return every counter of losses that is not zero, as `node: counter value`.
+
+    Args:
+        statuses: The latest of each node.
+        rates: How the topics arrive at the page.
+        not_finite: Samples that the page cannot draw.
+    """
+    here = [f"{each.topic}: unreadable {each.unreadable}" for each in rates if each.unreadable]
+    if not_finite:
+        here.append(f"page: not_finite {not_finite}")
+    of_nodes = [
         f"{each.name}: {name} {value}"
         for each in sorted(statuses, key=lambda each: each.name)
         for name, value in each.values.items()
         if any(word in name for word in LOST) and value.strip() not in ("", "0")
     ]
+    return of_nodes + here

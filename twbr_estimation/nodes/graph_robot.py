@@ -222,6 +222,7 @@ class GraphRobot(Source):
                 topic.rate(),
                 topic.age(),
                 topic.longest,
+                topic.unreadable,
             )
             for topic in self._topics
         ]
