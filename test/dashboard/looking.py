@@ -28,9 +28,12 @@ def free_port() -> int:
 
 
 def until(browser: Browser, condition: str) -> Any:
-    """Return the first value of a JavaScript expression that is true."""
+    """Return the first value of a JavaScript expression that is true.
+
+    The page loads anew when its connection was lost for long; until it has, nothing is asked.
+    """
     end = time.monotonic() + TIMEOUT
-    while not (found := browser.evaluate(condition)):
+    while not (found := browser.evaluate(f"document.readyState === 'complete' && ({condition})")):
         assert time.monotonic() < end, f"never true: {condition}\n{browser.complaints()}"
         time.sleep(0.05)
     return found
@@ -42,6 +45,11 @@ def text(browser: Browser) -> str:
 
 def mark(name: str) -> str:
     return f"document.querySelector('[data-mark=\"{name}\"]')"
+
+
+def click(browser: Browser, name: str) -> None:
+    """Click what is marked so, as soon as it is there."""
+    until(browser, f"(e => e !== null && (e.click(), true))({mark(name)})")
 
 
 def type_into(browser: Browser, name: str, value: str) -> None:
