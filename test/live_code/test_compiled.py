@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -141,6 +143,46 @@ def test_what_is_damaged_or_of_other_sources_is_not_used(
     assert loading.loaded(NAME) is None
     with pytest.raises(WorkerError, match="no machine code"):
         check(NAME)
+
+
+@pytest.mark.parametrize(
+    ("what", "mode", "owner"),
+    [("file", 0o664, 0), ("file", 0o646, 0), ("folder", 0o777, 0), ("file", 0o644, 1)],
+    ids=["group", "others", "folder", "owner"],
+)
+def test_what_another_user_may_have_written_is_not_loaded(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str, mode: int, owner: int
+) -> None:
+    (path,) = folder.glob(f"{NAME}.*.step")
+    (tmp_path / path.name).write_bytes(path.read_bytes())
+    monkeypatch.setattr(files, "folders", lambda: (tmp_path,))
+    assert loading.loaded(NAME) is not None and not files.refused(NAME)
+    (tmp_path / path.name if what == "file" else tmp_path).chmod(mode)
+    if owner:
+        another = os.geteuid() + owner
+        monkeypatch.setattr(os, "geteuid", lambda: another)
+        if os.getuid() == 0:  # what root has written may be loaded by all
+            os.chown(tmp_path / path.name, another + 1, -1)
+    assert loading.loaded(NAME) is None
+    steps = BackgroundSteps()
+    while not steps.ready:
+        time.sleep(0.01)
+    assert steps.names == () and str(tmp_path) in steps.refusal and "not loaded" in steps.refusal
+
+
+def test_nothing_is_kept_where_others_can_write(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (path,) = folder.glob(f"{NAME}.*.step")
+    code = files.kept(NAME, path.name.split(".")[1])
+    assert code is not None
+    opened, own = tmp_path / "opened", tmp_path / "own"
+    opened.mkdir()
+    opened.chmod(0o777)
+    monkeypatch.setattr(files, "folders", lambda: (opened, own))
+    kept = files.saved(NAME, "made", code)
+    assert kept is not None and kept.parent == own and not any(opened.iterdir())
+    assert files.kept(NAME, "made") == code
 
 
 def test_a_process_without_any_is_ready_at_once(

@@ -1,15 +1,18 @@
 """Files of machine code: where they lie, and for what sources, library and processor they are.
 
 A file holds the name of the function, the object code and a digest. One that is damaged, or made
-of other sources, by another numba or for another processor, is not used.
+of other sources, by another numba or for another processor, is not used; neither is one that
+another user may have written.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import sys
 from functools import cache
+from itertools import starmap
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,6 +32,7 @@ SOURCES = (
 )
 """What the compiled steps are made of."""
 _DIGEST_SIZE = 32
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class ObjectCode(NamedTuple):
@@ -66,6 +70,32 @@ def made_for(processor: str) -> str:
     return digest.hexdigest()[:16]
 
 
+def refusal(path: Path, state: os.stat_result) -> str:
+    """Return in one sentence why code at a path is not loaded; empty where it may be.
+
+    Machine code does whatever its writer wants: only this user and root may be that.
+
+    Args:
+        path: A file or a folder.
+        state: Its owner and permissions.
+    """
+    if state.st_uid not in (0, os.geteuid()):
+        return f"machine code in {path} is not loaded: its owner is user {state.st_uid}"
+    if state.st_mode & _OTHERS_WRITE:
+        return f"machine code in {path} is not loaded: others can write to it; chmod go-w {path}"
+    return ""
+
+
+def refused(name: str) -> str:
+    """Return why a step that was kept is not loaded, from whatever folder; empty without reason."""
+    for folder in folders():
+        for path in folder.glob(f"{name}.*.step"):
+            for each in (folder, path):
+                if why := refusal(each, each.stat()):
+                    return why
+    return ""
+
+
 def saved(name: str, made: str, code: ObjectCode) -> Path | None:
     """Keep a step in the first folder that can be written; None where there is none.
 
@@ -74,19 +104,29 @@ def saved(name: str, made: str, code: ObjectCode) -> Path | None:
     body = code.function.encode() + b"\n" + code.code
     for folder in folders():
         path = folder / f"{name}.{made}.step"
-        partial = path.with_suffix(f".{os.getpid()}")
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            partial.write_bytes(_digest(path.name, body) + body)
-            partial.replace(path)
+            folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+            if refusal(folder, folder.stat()):
+                continue
+            _write(path, _digest(path.name, body) + body)
             for other in folder.glob(f"{name}.*.step"):
                 if other != path:
                     other.unlink(missing_ok=True)
         except OSError:
-            partial.unlink(missing_ok=True)
             continue
         return path
     return None
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all, for its owner to write and for all to read."""
+    partial = path.with_suffix(f".{os.getpid()}")
+    try:
+        partial.write_bytes(content)
+        partial.chmod(0o644)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def exists(name: str) -> bool:
@@ -99,7 +139,9 @@ def kept(name: str, made: str) -> ObjectCode | None:
     for folder in folders():
         path = folder / f"{name}.{made}.step"
         try:
-            content = path.read_bytes()
+            with path.open("rb") as file:
+                states = (folder, folder.stat()), (path, os.fstat(file.fileno()))
+                content = b"" if any(starmap(refusal, states)) else file.read()
         except OSError:
             continue
         body = content[_DIGEST_SIZE:]

@@ -48,6 +48,8 @@ class BackgroundSteps:
         """Start loading, if there is anything to load."""
         self.ready = False
         """Whether all is there that will be."""
+        self.refusal = ""
+        """Why a step that is there was not loaded, in one sentence; empty without reason."""
         self._found: dict[str, _Found] = {}
         names = [name for name in (CORRECTION, *filters()) if files.exists(name)]
         if names:
@@ -61,6 +63,8 @@ class BackgroundSteps:
                 found = _found(name, filters().get(name))
                 if found is not None:
                     self._found[name] = found
+                else:
+                    self.refusal = self.refusal or files.refused(name)
         finally:
             self.ready = True
 

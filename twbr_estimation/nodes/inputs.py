@@ -39,7 +39,7 @@ class MachineCode:
             node: The node.
             use: Called once, by `look`, where there are any.
         """
-        self._use = use
+        self._node, self._use = node, use
         self._steps = background_steps() if declare(node, MACHINE_CODE) else None
 
     def look(self) -> None:
@@ -47,6 +47,8 @@ class MachineCode:
         steps = self._steps
         if steps is not None and steps.ready:
             self._steps = None
+            if steps.refusal:
+                self._node.get_logger().warning(steps.refusal)
             if steps.names:
                 self._use(steps)
 
