@@ -2,139 +2,112 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import time
 from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
-from reliability.fed_controller import FedController
-from std_msgs.msg import Bool
+from reliability.motor_causes import (
+    RETURN,
+    Cause,
+    Controller,
+    Outcome,
+    clocks_set,
+    controller,
+    tilts_at_fault,
+    tried,
+)
+from reliability.motor_ends import (
+    NO_SPACE,
+    can_mount,
+    ended,
+    stuck,
+    terminal_gone,
+    unread,
+)
+from reliability.set_clock import SetClock, compiler
 
-LIMIT = 0.055
-"""`tilt_timeout` plus one `period`, the defaults [s]."""
 SLACK = 0.5
 """For a loaded machine [s]; counted commands say what time cannot."""
-PROGRAM = "import sys; from twbr_estimation.nodes.controller_node import main; sys.exit(main())"
 
 
 @pytest.fixture
-def robot(graph: Any) -> FedController:
-    return FedController(graph)
+def folder() -> Iterator[Path]:
+    with TemporaryDirectory() as made:
+        yield Path(made)
 
 
-@pytest.fixture
-def controller(python: str, robot: FedController) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen([python, "-c", PROGRAM], start_new_session=True)
-    robot.until(robot.drives, 60.0)
-    yield process
-    process.kill()
-    process.wait(10)
+def held(cause: Cause, seen: Outcome) -> None:
+    """Assert that the motors stopped and stayed off until the robot was stood up."""
+    assert seen.early == 0, f"{cause.name}: driven before it was stood up: {seen}"
+    if cause.answers:
+        assert seen.zeros > 0 and seen.stopped < cause.limit + SLACK, f"{cause.name}: {seen}"
+    else:
+        assert seen.driving == seen.zeros == 0, f"{cause.name}: {seen}"
+    assert seen.back < RETURN + 20.0 * SLACK, f"{cause.name}: {seen}"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_stops_them_before_the_node_ends(
-    controller: subprocess.Popen[bytes], robot: FedController, number: signal.Signals
-) -> None:
-    controller.send_signal(number)
-    if number is signal.SIGHUP:
-        controller.send_signal(number)  # the terminal's, then its shell's
-    robot.until(lambda: controller.poll() is not None)
-    assert controller.returncode == 0
-    assert not robot.drives() and robot.commands[-1][1] == (0.0, 0.0)
+def test_every_fault_of_the_tilt_stops_them_until_the_robot_is_stood_up(graph: Any) -> None:
+    with controller(graph) as made:
+        for cause in tilts_at_fault():
+            held(cause, tried(made, cause))
+
+
+@pytest.mark.skipif(compiler() is None, reason="needs a C compiler, to set a clock")
+def test_a_clock_that_is_set_stops_them(graph: Any, folder: Path) -> None:
+    with controller(graph, clock=SetClock(folder)) as made:
+        for cause in clocks_set():
+            held(cause, tried(made, cause))
 
 
 @pytest.mark.parametrize(
-    "how",
-    [{"age": 1.0}, {"age": -2.0}, {"age": 1e6}, {"frozen": True}],
-    ids=["stale", "ahead", "another clock", "frozen"],
+    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 1), (signal.SIGHUP, 2)]
 )
-def test_a_tilt_that_is_none_stops_them(
-    controller: subprocess.Popen[bytes], robot: FedController, how: dict[str, Any]
+def test_a_signal_stops_them_before_the_node_ends(
+    graph: Any, number: signal.Signals, times: int
 ) -> None:
-    cause, count = time.monotonic(), robot.count
-    robot.until(lambda: not robot.drives(), **how)
-    assert robot.count - count <= 20 + SLACK / 0.005
-    robot.until(lambda: robot.count >= count + 250, **how)
-    assert not any(map(any, robot.since(cause + LIMIT + SLACK)))
-    robot.until(robot.drives, 3.0 + 20.0 * SLACK)  # the lean is upright enough: it is stood up
+    seen = ended(graph, number, times)
+    assert seen.status == 0 and seen.driving == 0 and not seen.last_drives and seen.zeros > 0
 
 
-def test_silence_and_a_stuck_executor_stop_them(
-    controller: subprocess.Popen[bytes], robot: FedController
-) -> None:
-    cause = time.monotonic()
-    robot.graph.spin_until(lambda: not robot.drives())
-    assert robot.stopped_after(cause) < LIMIT + SLACK
-    robot.until(robot.drives)
+def test_a_terminal_that_is_closed_stops_them(graph: Any) -> None:
+    seen = terminal_gone(graph)
+    assert seen.status == 0 and seen.driving == 0 and not seen.last_drives and seen.zeros > 0
 
 
-def test_what_is_not_valid_stops_them(
-    controller: subprocess.Popen[bytes], robot: FedController
-) -> None:
-    robot.valid.publish(Bool(data=False))
-    robot.until(lambda: not robot.drives())
-    robot.valid.publish(Bool(data=True))
-    robot.until(robot.drives)
+def test_a_callback_that_never_returns_stops_them(graph: Any) -> None:
+    seen = stuck(graph)
+    assert seen.status is None and seen.driving == 0
+    assert seen.zeros >= 2, "zeros are repeated"
 
 
-STUCK = """
-import sys, threading, time
-from twbr_estimation.nodes.controller_node import ControllerNode
-from twbr_estimation.nodes.spin import run
-
-class Stuck(ControllerNode):
-    def _on_joints(self, data):
-        if self._stream.counts["steps"] > 200:
-            lock = threading.Lock()
-            with lock:
-                lock.acquire()
-        super()._on_joints(data)
-
-sys.exit(run(Stuck))
-"""
+def test_a_terminal_that_takes_no_output_stops_nothing_but_what_it_must(graph: Any) -> None:
+    with unread(graph) as made:
+        cause = tilts_at_fault()[0]
+        held(cause, tried(made, cause))
 
 
-def test_a_callback_that_never_returns_stops_them(python: str, robot: FedController) -> None:
-    process = subprocess.Popen([python, "-c", STUCK], stderr=subprocess.DEVNULL)
+def test_a_simulated_clock_that_falls_silent_stops_them(graph: Any) -> None:
+    with controller(graph, arguments=("-p", "use_sim_time:=true")) as made:
+        cause = tilts_at_fault()[0]
+        held(cause, tried(made, cause))
+
+
+def test_without_a_clock_nothing_moves(graph: Any) -> None:
+    made = Controller(graph, arguments=("-p", "use_sim_time:=true"), simulated_time=False)
     try:
-        robot.until(robot.drives, 60.0)
-        robot.until(lambda: not robot.drives(), 30.0)
-        start = time.monotonic()
-        robot.until(lambda: time.monotonic() > start + 0.5)
-        later = robot.since(start)
-        assert len(later) >= 2 and not any(map(any, later)), "zeros are repeated"
+        made.robot.until(lambda: len(made.robot.commands) > 200, 60.0)
+        assert not any(any(each) for _, each, _ in made.robot.commands)
     finally:
-        process.kill()
-        process.wait(10)
+        made.close()
 
 
-def test_a_simulated_clock_that_falls_silent_stops_them(python: str, graph: Any) -> None:
-    robot = FedController(graph, simulated_time=True)
-    command = [python, "-c", PROGRAM, "--ros-args", "-p", "use_sim_time:=true"]
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-    try:
-        robot.until(robot.drives, 60.0)
-        cause = time.monotonic()
-        robot.wait(1.0)
-        assert robot.commands and not robot.drives()
-        assert robot.stopped_after(cause) < LIMIT + SLACK
-        robot.until(robot.drives)
-    finally:
-        process.kill()
-        process.wait(10)
-
-
-def test_without_a_clock_nothing_moves(python: str, robot: FedController) -> None:
-    command = [python, "-c", PROGRAM, "--ros-args", "-p", "use_sim_time:=true"]
-    process = subprocess.Popen(command, env=os.environ, stderr=subprocess.DEVNULL)
-    try:
-        robot.until(lambda: len(robot.commands) > 200, 60.0)
-        assert not any(any(each) for _, each, _ in robot.commands)
-    finally:
-        process.kill()
-        process.wait(10)
+@pytest.mark.skipif(not can_mount(), reason="needs `unshare` with a file system of its own")
+def test_a_full_disk_changes_nothing(graph: Any) -> None:
+    with controller(graph, command=NO_SPACE) as made:
+        cause = tilts_at_fault()[0]
+        held(cause, tried(made, cause))

@@ -15,6 +15,8 @@ from twbr_estimation.messages import set_stamp, set_tilt
 
 PERIOD = 0.005
 """Time between two tilts [s]."""
+UPRIGHT = 0.05
+"""A tilt at which a robot is stood up [rad]."""
 
 
 class FedController:
@@ -41,18 +43,32 @@ class FedController:
     def _on_command(self, message: Float64MultiArray) -> None:
         self.commands.append((time.monotonic(), tuple(message.data), self.count))
 
-    def feed(self, age: float = 0.0, frozen: bool = False) -> None:
-        """Publish tilt and wheels `age` [s] old, then wait for a period."""
+    def feed(
+        self,
+        age: float = 0.0,
+        frozen: bool = False,
+        lean: float = UPRIGHT,
+        wheels: bool = True,
+    ) -> None:
+        """Publish a tilt and the wheels, then wait for a period.
+
+        Args:
+            age: Of their stamps [s].
+            frozen: Whether the tilt stays the same; otherwise it trembles.
+            lean: The tilt [rad].
+            wheels: Whether to publish the wheels.
+        """
         self.count += 1
         stamp = self.graph.probe.get_clock().now().nanoseconds - round(age * 1e9)
         imu, joints = Imu(), JointState(name=["left_wheel_joint"], position=[0.0])
         set_stamp(imu, stamp)
         set_stamp(joints, stamp)
-        set_tilt(imu.orientation, 0.05 + (0.0 if frozen else 1e-5 * (self.count % 2)))
+        set_tilt(imu.orientation, lean + (0.0 if frozen else 1e-5 * (self.count % 2)))
         imu.orientation_covariance[0] = 1e-4
         if self._clock is not None:
             self._clock.publish(Clock(clock=imu.header.stamp))
-        self._joints.publish(joints)
+        if wheels:
+            self._joints.publish(joints)
         self._imu.publish(imu)
         self.wait(PERIOD)
 
@@ -77,6 +93,10 @@ class FedController:
     def drives(self) -> bool:
         """Return whether the latest command drives a motor."""
         return bool(self.commands) and any(self.commands[-1][1])
+
+    def driving(self, first: int) -> int:
+        """Return how many commands from that number on drive a motor."""
+        return sum(any(each) for _, each, _ in self.commands[first:])
 
     def since(self, start: float) -> list[tuple[float, ...]]:
         """Return the commands since a time."""

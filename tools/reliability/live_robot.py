@@ -33,6 +33,8 @@ PARAMETERS: dict[str, dict[str, object]] = {
 UPRIGHT = 0.2
 """Largest tilt of a robot that balances [rad]."""
 
+ANSWER = 3.0
+"""Time that an answer may take before the request is repeated [s]."""
 RECOVERY = 0.1
 """`recovery_tilt` of the controller [rad]."""
 
@@ -67,6 +69,7 @@ class LiveRobot:
             Float64MultiArray, "motor/command", self._on_command, 1000, raw=True
         )
         self.valid = probe.create_publisher(Bool, "tilt/valid", 10)
+        self._standing = probe.create_client(Trigger, "simulator_node/stand_up")
 
     def _on_tilt(self, data: bytes) -> None:
         tilt = float(tilt_of_quaternion(*decode_imu(data)[1][:4]))
@@ -138,9 +141,19 @@ class LiveRobot:
                 return attempt + 1
         raise TimeoutError(f"stood up {attempts} times, it has not balanced")
 
-    def stand_up(self) -> None:
-        """Stand the simulated robot up."""
-        self.graph.call(Trigger, "simulator_node/stand_up", Trigger.Request())
+    def stand_up(self, attempts: int = 20) -> None:
+        """Stand the simulated robot up; a request to a killed simulator is never answered.
+
+        Raises:
+            TimeoutError: nobody answers.
+        """
+        for _ in range(attempts):
+            future = self._standing.call_async(Trigger.Request())
+            with contextlib.suppress(TimeoutError):
+                self.wait_for(future.done, ANSWER)
+                return
+            self._standing.remove_pending_request(future)
+        raise TimeoutError(f"asked {attempts} times, simulator_node has not answered")
 
     def silenced(self, node: str, number: signal.Signals, wait: float = 1.0) -> Outcome:
         """Kill or stop a node upstream of the controller; return what came out of it."""

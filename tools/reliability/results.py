@@ -16,7 +16,8 @@ Written by `python tools/campaign.py`; do not edit. The tools it is made of, in
 
 * `random_messages.py` publishes wild and sound messages on all topics of a graph.
 * `live_robot.py` kills and stops the nodes of a balancing robot and counts the commands.
-* `fed_controller.py` feeds a controller by hand and counts what it commands.
+* `fed_controller.py` feeds a controller by hand and counts what it commands; `motor_causes.py` and
+  `motor_ends.py` bring about what must stop it, `set_clock.py` sets its clock.
 * `killing.py` kills a command at random instants and looks at its files.
 * `live_path.py` and `motions.py` run a filter as the nodes do and compare it with the truth.
 

@@ -44,6 +44,7 @@ from .diagnostics import Diagnostics, Level, Report
 from .inputs import listen
 from .lifecycle import DeviceNode
 from .motor_watch import MotorWatch
+from .output import never_wait
 from .qos import overridable, published, subscribed
 from .spin import run
 from .watchdog import PERIOD, wall_timer
@@ -287,6 +288,7 @@ class ControllerNode(DeviceNode):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until it is asked to stop."""
+    never_wait()
     return run(ControllerNode, arguments)
 
 

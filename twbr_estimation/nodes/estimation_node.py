@@ -19,6 +19,7 @@ from .encoder_node import EncoderNode
 from .filter_node import FilterNode
 from .guard import GuardedNode
 from .mpu6050_node import Mpu6050Node
+from .output import never_wait
 from .parameters import declare
 from .spin import run
 
@@ -76,6 +77,7 @@ def _controller(tilt: FilterNode, correction: CorrectionNode, options: dict[str,
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the nodes until they are asked to stop."""
+    never_wait()
     return run(compose, arguments)
 
 

@@ -329,6 +329,22 @@ def test_after_a_long_interruption_it_must_be_stood_up() -> None:
     assert upright and 18 <= upright[0] <= 26  # `recovery_time` of 0.1 s
 
 
+def test_a_pause_in_which_the_process_was_stopped_is_an_interruption() -> None:
+    fed = Fed()
+    fed.driven()
+    fed.now += 300_000_000  # no `tick` meanwhile
+    again = fed.run(40)
+    upright = [index for index, each in enumerate(again) if each != NO_VOLTAGE]
+    assert upright and 18 <= upright[0] <= 26  # `recovery_time` of 0.1 s
+
+
+def test_a_short_pause_is_none() -> None:
+    fed = Fed()
+    fed.driven()
+    fed.now += 60_000_000
+    assert fed.run(2)[-1] != NO_VOLTAGE
+
+
 def test_after_a_short_interruption_it_goes_on() -> None:
     fed = Fed()
     fed.driven()

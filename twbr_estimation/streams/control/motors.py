@@ -203,9 +203,11 @@ class ControlStream:
 
     def _judged(self, stamp: int, value: tuple[float, float | None], now: int) -> Standing | None:
         """Return why a tilt is not one of now; None where it is. A jump ahead lays down."""
-        if self._tilt is not None and (stamp - self._tilt[0]) * 1e-9 > RESTART_GAP:
-            self._balance.lay_down()
         limit = self._balance.settings.tilt_timeout
+        # No `tick` has noted the pause where the process was stopped or stuck meanwhile.
+        pause = min(limit + RESUMED, RESTART_GAP)
+        if self._tilt is not None and (stamp - self._tilt[0]) * 1e-9 > pause:
+            self._balance.lay_down()
         if fault := judged_by_stamp(stamp, now, limit):
             return fault
         frozen = self._frozen.add(stamp, value, self._given != NO_VOLTAGE, limit)
