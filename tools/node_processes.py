@@ -112,9 +112,21 @@ class Graph:
 
 
 def unused_domain() -> int:
-    """Return a ROS domain whose discovery port nobody on this machine holds."""
+    """Return a ROS domain whose discovery port nobody on this machine holds, and hold it.
+
+    Who looks for an unused domain does not take it between two nodes of this process either.
+    """
     for domain in random.sample(range(1, 102), 101):
+        port = DISCOVERY_PORT + PORTS_A_DOMAIN * domain
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
-            probe.bind(("", DISCOVERY_PORT + PORTS_A_DOMAIN * domain))
+            probe.bind(("", port))
+            probe.close()
+            held = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as DDS does
+            held.bind(("", port))
+            _held.append(held)
             return domain
     raise RuntimeError("every ROS domain is in use on this machine")
+
+
+_held: list[socket.socket] = []

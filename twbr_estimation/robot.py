@@ -74,10 +74,24 @@ class Robot:
         ),
     ] = (0.0, 0.0, 0.0)
     gyro_range: Annotated[
-        float, Bounds(0.1, 200.0, "rad/s", "Full scale of the gyro; readings at it are saturated.")
+        float,
+        Bounds(
+            0.1,
+            200.0,
+            "rad/s",
+            "Full scale of the gyro; readings at it are saturated. The default is the paper's "
+            "250 deg/s; that of `mpu6050_node` is 1000 deg/s.",
+        ),
     ] = math.radians(250.0)
     accel_range: Annotated[
-        float, Bounds(1.0, 2000.0, "m/s^2", "Full scale of the accelerometer.")
+        float,
+        Bounds(
+            1.0,
+            2000.0,
+            "m/s^2",
+            "Full scale of the accelerometer. The default is the paper's 2 g; that of "
+            "`mpu6050_node` is 8 g.",
+        ),
     ] = 2.0 * 9.80665
     gyro_delay: Annotated[
         float,

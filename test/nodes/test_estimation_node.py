@@ -61,8 +61,9 @@ def test_missing_devices_leave_the_rest_alive(graph: Any) -> None:
 
 def test_a_controller_in_the_process_balances_by_direct_calls(graph: Any) -> None:
     given = {"control": True, "drivers": False, "use_sim_time": True, "predict": False}
+    patient = {"clock_timeout": 60.0}  # in lockstep, time is that of `/clock`
     lossless = graph.lossless("imu/data_raw", "joint_states", "cmd_vel")
-    nodes = [graph.add(node) for node in compose(**graph.options(**given, **lossless))]
+    nodes = [graph.add(node) for node in compose(**graph.options(**given, **patient, **lossless))]
     controller = next(node for node in nodes if node.get_name() == "controller_node")
     heard = {each.topic_name for each in controller.subscriptions}
     assert not heard & {"/tilt", "/tilt/valid", "/imu/data", "/joint_states"}

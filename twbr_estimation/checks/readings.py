@@ -11,6 +11,7 @@ from ..pipeline.saturation import SATURATION_MARGIN
 from ..recording import FloatArray, ImuTrack
 from ..robot import Robot
 from ..samples import STANDARD_GRAVITY
+from ..sensors.mpu6050_settings import Mpu6050Settings
 from .evidence import BEYOND
 from .finding import Finding, Severity, passed
 
@@ -20,10 +21,15 @@ GYRO_RANGES = tuple(math.radians(value) for value in (250.0, 500.0, 1000.0, 2000
 """Full scales of the chip's gyro [rad/s]."""
 ACCEL_RANGES = tuple(STANDARD_GRAVITY * value for value in (2.0, 4.0, 8.0, 16.0))
 """Full scales of the chip's accelerometer [m/s^2]."""
+RANGE_TOLERANCE = 0.01
+"""Relative difference between two full scales that is taken for rounding."""
 DEAD = ("dead", "dead axis")
 """Names of the checks that find readings which never change."""
-RECOMMENDED = {"gyro": GYRO_RANGES[2], "accelerometer": ACCEL_RANGES[2]}
-"""Full scales that leave room for falls and impacts: 1000 deg/s and 8 g."""
+RECOMMENDED = {
+    "gyro": Mpu6050Settings().gyro_range,
+    "accelerometer": Mpu6050Settings().accel_range,
+}
+"""Full scales that leave room for falls and impacts: those of the driver."""
 _NEEDED = {"gyro": (1,), "accelerometer": (0, 2)}  # axes of the sensor that see the tilt
 _LEAST = 100  # readings from which an axis without change is dead
 
@@ -76,7 +82,10 @@ def _sensor(
             larger,
         )
     else:
-        yield passed(name, "saturation", f"{100 * share:.2f} % of the samples are saturated")
+        text = f"{100 * share:.2f} % of the samples are saturated"
+        if limit < (1.0 - RANGE_TOLERANCE) * RECOMMENDED[name]:
+            text += f"; {_shown(RECOMMENDED[name], unit)} leave room for falls"
+        yield passed(name, "saturation", text)
     yield from _stuck(name, values)
 
 

@@ -46,6 +46,7 @@ from .lifecycle import DeviceNode
 from .motor_watch import MotorWatch
 from .output import never_wait
 from .qos import overridable, published, subscribed
+from .robot_agreement import ROBOT, stated
 from .spin import run
 from .watchdog import PERIOD, wall_timer
 
@@ -250,6 +251,7 @@ class ControllerNode(DeviceNode):
         stream, balance = self._stream, self._stream.balance
         values: dict[str, object] = {
             "controller": balance.settings.controller,
+            ROBOT: stated(self._chosen.current.balance.robot),
             "unreadable_messages": self._unreadable,
             "messages_without_angle": self._without_angle,
             **stream.counts,

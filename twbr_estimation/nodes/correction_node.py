@@ -31,6 +31,7 @@ from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen, listen_to_wh
 from .mounting import MountingFromFrames
 from .parameters import NodeParameters, declare
 from .qos import overridable, published
+from .robot_agreement import ROBOT, stated
 from .spin import run
 from .watchdog import Watchdog
 
@@ -173,6 +174,7 @@ class CorrectionNode(GuardedNode):
         stream = self._stream
         values: dict[str, object] = {
             "calibrated": self._calibration.calibrated,
+            ROBOT: stated(self._setup.current.robot),
             **self._warmth(),
             **stream.counts,
             **{f"imu_{name}": count for name, count in stream.imu_guard.counts.items()},

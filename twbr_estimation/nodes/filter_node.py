@@ -29,6 +29,7 @@ from .filter_parameters import FilterNodeConfiguration, declare_filter_parameter
 from .guard import GuardedNode
 from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen, listen_to_wheels
 from .parameters import declare
+from .robot_agreement import RobotAgreement
 from .spin import run
 from .tilt_outputs import TiltOutputs
 from .tilt_transform import TiltTransform
@@ -79,6 +80,7 @@ class FilterNode(GuardedNode):
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._code = MachineCode(self, self._use_machine_code)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
+        self._agreement = RobotAgreement(self, lambda: self._chosen.current.setup.robot)
         self._diagnostics = Diagnostics(self, self._report)
 
     def _find_inputs(self) -> None:
@@ -220,6 +222,7 @@ class FilterNode(GuardedNode):
             *self._stream.remarks(),
             *self._stream.warnings(period),
             sentences(self._doubts()),
+            self._agreement.problem(time.monotonic()),
             self._transform.problem,
             self._other_clock(),
             *self._input.problems(),

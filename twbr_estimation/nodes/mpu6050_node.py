@@ -22,6 +22,7 @@ from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
 from .parameters import NodeParameters
 from .qos import overridable, published
+from .robot_agreement import CHIP, stated_ranges
 from .spin import run
 
 TEMPERATURE_PERIOD = 0.1
@@ -208,7 +209,9 @@ class Mpu6050Node(DeviceNode):
         if self.reader is None or not self.is_open:
             return Report(Level.STALE, self.failure or "not configured", {})
         counters, before = self.reader.counters, self._reported
+        chip = self.parameters.current.mpu6050
         values: dict[str, object] = {"phase": self.reader.phase.value, **asdict(counters)}
+        values[CHIP] = stated_ranges(chip.gyro_range, chip.accel_range)
         if self.parameters.current.mpu6050.reading is Reading.FIFO:
             values["largest_transfer"] = self.reader.fifo.transfer_packets * PACKET_BYTES
             values["sample_clock_drift_ppm"] = round(self.reader.sample_clock.drift * 1e6, 1)

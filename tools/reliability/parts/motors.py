@@ -121,7 +121,10 @@ def _of_ends(effort: Effort) -> Iterator[Row]:
             len(found),
             "zeros are the last command; an end has the status 0",
             f"{driving} that drive afterwards, at least {zeros} of zeros; status {statuses}",
-            driving == 0 and zeros > 0 and statuses <= {0, None},
+            driving == 0
+            and zeros > 0
+            and statuses <= {0, None}
+            and not any(each.last_drives for each in found),
         )
 
 
