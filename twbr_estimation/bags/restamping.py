@@ -55,7 +55,8 @@ def _related(device: IntArray, recorded: IntArray) -> IntArray:
     later = (offset - offset[0]).astype(np.float64)
     drift, at_start = _lower_line(passed.astype(np.float64), later)
     shift: IntArray = np.rint(at_start + drift * passed).astype(np.int64)
-    return device + offset[0] + shift
+    related: IntArray = device + offset[0] + shift
+    return related
 
 
 def _lower_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
