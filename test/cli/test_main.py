@@ -107,6 +107,15 @@ def test_a_reader_that_goes_away_is_no_error():
     assert process.returncode == 141
 
 
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_a_closed_stream_is_no_error(closed: str):
+    command = f'exec "{sys.executable}" -m twbr_estimation.cli.main filters {closed}'
+    done = subprocess.run(
+        ["/bin/sh", "-c", command], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_filters_as_json_lists_every_filter_with_its_parameters():
     result = run_twbr("filters", "--json")
     assert result.returncode == 0, result.stderr

@@ -57,7 +57,16 @@ def test_a_refused_start_is_one_line(
     assert "Traceback" not in output
 
 
-@pytest.mark.parametrize("text", ["/**:\n\tros__parameters:\n", "/**: 3\n", "- 1\n", "a: [1\n"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "/**:\n\tros__parameters:\n",
+        "/**: 3\n",
+        "- 1\n",
+        "a: [1\n",
+        "/**: {ros__parameters: {robot: {lever_arm: [[0, 0, 1]]}}}\n",
+    ],
+)
 def test_a_file_that_is_no_parameter_file_is_named(tmp_path: Path, text: str) -> None:
     file = tmp_path / "wrong.yaml"
     file.write_text(text)

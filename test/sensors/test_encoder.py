@@ -9,7 +9,12 @@ import pytest
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.sensors.encoder import CountVelocity, Encoder, EncoderSettings, unwrapped
-from twbr_estimation.sensors.joint_encoders import JointEncoderSettings, Role, open_encoders
+from twbr_estimation.sensors.joint_encoders import (
+    CounterSource,
+    JointEncoderSettings,
+    Role,
+    open_encoders,
+)
 from twbr_estimation.sensors.motion import swing_tilt
 from twbr_estimation.sensors.simulated_counter import SimulatedCounter
 
@@ -179,3 +184,18 @@ def test_simulated_wheels_turn_together_whatever_the_signs_of_the_robot(clock: A
     assert turns[0] != 0.0
     again = [each.read(clock()).position for each in (left, right)]
     assert again[0] == again[1]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"joint_names": ("a", "a")}, "joint_names: .*a name of its own"),
+        ({"joint_names": ("a", "")}, "joint_names: .*a name of its own"),
+        ({"signs": (1,)}, "signs: 1 given, 2 needed"),
+        ({"signs": (1, -1, 1)}, "signs: 3 given, two encoders have 2"),
+        ({"source": CounterSource.GPIO, "gpio_lines": (1, 2, 3, 4, 5)}, "gpio_lines: 5 given"),
+    ],
+)
+def test_lists_of_another_length_are_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        JointEncoderSettings(**changes)

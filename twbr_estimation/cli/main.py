@@ -66,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return its exit status."""
     gc.set_threshold(GARBAGE_THRESHOLD)
     given = list(sys.argv[1:] if arguments is None else arguments)
+    _replace_closed_streams()
     make_printable(sys.stdout, sys.stderr)
     try:
         chosen = parser(given).parse_args(given)
@@ -96,6 +97,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("twbr: error: there is not enough memory for this", file=sys.stderr)
         return 1
     return status
+
+
+def _replace_closed_streams() -> None:
+    """Give a process that was started without stdout or stderr one that goes nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
 
 
 if __name__ == "__main__":

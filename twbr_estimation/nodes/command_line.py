@@ -75,7 +75,19 @@ def _content(path: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{path}: a parameter file maps node names to {PARAMETERS}")
     if not list(_node_names(content)):
         raise ConfigurationError(f"{path}: no node in it has {PARAMETERS}")
+    if (found := _nested(content)) is not None:
+        raise ConfigurationError(f"{path}: {found}: a list within a list is no parameter")
     return content
+
+
+def _nested(value: Any, name: str = "") -> str | None:
+    """Return the name of an entry whose list holds lists or mappings, which rcl would flatten."""
+    if isinstance(value, list):
+        return name if any(isinstance(each, (list, dict)) for each in value) else None
+    if isinstance(value, dict):
+        inside = (_nested(each, f"{name}.{key}".lstrip(".")) for key, each in value.items())
+        return next((found for found in inside if found is not None), None)
+    return None
 
 
 def _node_names(content: dict[str, Any], prefix: str = "") -> Iterator[str]:

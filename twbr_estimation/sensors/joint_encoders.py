@@ -101,12 +101,18 @@ class JointEncoderSettings:
             raise ConfigurationError(f"signs: {self.signs} are not all 1 or -1")
         if not self.joint_names or len(self.joint_names) > 2:
             raise ConfigurationError(f"joint_names: {len(self.joint_names)} joints, not 1 or 2")
+        if len(set(self.joint_names)) < len(self.joint_names) or "" in self.joint_names:
+            raise ConfigurationError(
+                f"joint_names: {list(self.joint_names)}; each joint needs a name of its own"
+            )
         for name, each in self._lists():
             given, needed = len(getattr(self, name)), each * len(self.joints)
             if given < needed:
                 raise ConfigurationError(
                     f"{name}: {given} given, {needed} needed for {', '.join(self.joints)}"
                 )
+            if given > 2 * each:
+                raise ConfigurationError(f"{name}: {given} given, two encoders have {2 * each}")
 
     def _lists(self) -> tuple[tuple[str, int], ...]:
         """Return the lists in use, with their entries for one encoder."""
