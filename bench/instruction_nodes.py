@@ -156,6 +156,7 @@ class _Clock:
 
 def _polled(nodes: Sequence[Any], clock: _Clock, period: int) -> Run:
     drivers = [each for each in nodes if hasattr(each, "_poll")]
+    chips = [each for each in drivers if isinstance(each, Mpu6050Node)]
     assert all(each.is_active for each in drivers)
 
     def turn() -> None:
@@ -163,7 +164,13 @@ def _polled(nodes: Sequence[Any], clock: _Clock, period: int) -> Run:
         for driver in reversed(drivers):  # the wheels first
             driver._poll()
 
-    return _repeated(turn)
+    def run(count: int) -> None:
+        for _ in range(count):
+            turn()
+        started_again = [each.reader.counters.reinitialisations for each in chips]
+        assert not any(started_again), "the chip was set up again: turns without samples"
+
+    return run
 
 
 def mpu6050_burst() -> Run:

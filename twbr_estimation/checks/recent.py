@@ -37,6 +37,8 @@ class RecentChecks:
         self._reference_stamps = np.empty(size, dtype=np.int64)
         self._tilts = np.empty(size)
         self._count = self._references = 0
+        self._latest = 0
+        """Stamp of the last sample [ns]; kept beside the array, which is slower to look into."""
 
     def add(self, stamp: int, sample: Sample) -> None:
         """Take a sample.
@@ -46,10 +48,10 @@ class RecentChecks:
             sample: IMU as the device reports it, with the wheels at that instant.
         """
         row = self._count % self._stamps.size
-        if self._count and stamp <= self._stamps[row - 1]:
+        if self._count and stamp <= self._latest:
             self.restart()
             row = 0
-        self._stamps[row] = stamp
+        self._stamps[row] = self._latest = stamp
         self._rows[row] = sample[:_FIELDS]
         self._count += 1
 

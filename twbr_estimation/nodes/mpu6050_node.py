@@ -185,15 +185,17 @@ class Mpu6050Node(DeviceNode):
         if self.reader.failed_attempts >= FAILED_ATTEMPTS:
             self.lose_device(self.reader.last_error)
             return
-        if self.is_active:
+        if self.is_active and readings:
+            wanted = self._listener is None or self._imu_publisher.get_subscription_count() > 0
             for reading in readings:
-                self._publish(reading)
+                self._publish(reading, wanted)
 
-    def _publish(self, reading: ImuReading) -> None:
+    def _publish(self, reading: ImuReading, wanted: bool) -> None:
+        """Pass a reading on; publish it where it is `wanted` as a message."""
         stamp, readings = reading[0], reading[1:7]
         if self._listener is not None:
             self._listener(stamp, readings)
-        if self._listener is None or self._imu_publisher.get_subscription_count():
+        if wanted:
             data = self._encoder.encode(stamp, readings[:3], readings[3:])
             self._imu_publisher.publish(data)
         self._until_temperature -= 1

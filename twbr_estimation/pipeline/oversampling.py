@@ -14,14 +14,25 @@ sample separately, and averaged with the inverse variances as weights.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import accumulate
 from operator import mul
 
 from ..samples import MOTORS, READINGS, RESTART_GAP, CorrectedSample
 
-_VARIANCES = tuple(name.replace("_", "_variance_") for name in READINGS)
-_SATURATED = tuple(name.replace("_", "_saturated_") for name in READINGS)
+_AT = {name: place for place, name in enumerate(CorrectedSample._fields)}
+"""Place of each field in a sample."""
+_AXES = tuple(
+    (_AT[name], _AT[name.replace("_", "_variance_")], _AT[name.replace("_", "_saturated_")])
+    for name in READINGS
+)
+"""Places of reading, variance and saturation of each axis."""
+_MOTORS = tuple(_AT[name] for name in MOTORS)
+_DT, _ANGLE, _ANGLE_VARIANCE = _AT["dt"], _AT["angle"], _AT["angle_variance"]
+_RATE, _MOTOR_COUNT = _AT["gyro_y"], _AT["motor_count"]
+
+Column = Sequence[float]
+"""One field of all samples."""
 
 
 class Oversampler:
@@ -69,32 +80,34 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     last = samples[-1]
     if len(samples) == 1:
         return last
-    # Plain numbers: arrays of five or ten elements cost more than they save.
-    rows = dict(zip(CorrectedSample._fields, zip(*samples, strict=True), strict=True))
-    dt = rows["dt"]
+    # Plain numbers at their places: arrays of five or ten elements, and names, cost more.
+    columns, values = tuple(zip(*samples, strict=True)), list(last)
+    dt = columns[_DT]
     weights = _end_weights(_time_left(dt))
     averaged = _dot(weights, weights)
-    fields = {name: _dot(weights, rows[name]) for name in READINGS}
-    for variance, saturated in zip(_VARIANCES, _SATURATED, strict=True):
-        fields[saturated] = max(rows[saturated])
-        low, high = min(rows[variance]), max(rows[variance])
-        fields[variance] = high if fields[saturated] else averaged * low + (high - low)
-    known, time = all(rows["motor_count"]), sum(dt)
-    fields |= {name: _dot(dt, rows[name]) / time if known else 0.0 for name in MOTORS}
-    angle, variance_of_angle = _angle_at_end(rows, dt)
-    return last._replace(dt=time, angle=angle, angle_variance=variance_of_angle, **fields)
+    for reading, variance, saturated in _AXES:
+        values[reading] = _dot(weights, columns[reading])
+        values[saturated] = max(columns[saturated])
+        low, high = min(columns[variance]), max(columns[variance])
+        values[variance] = high if values[saturated] else averaged * low + (high - low)
+    known, time = all(columns[_MOTOR_COUNT]), sum(dt)
+    for place in _MOTORS:
+        values[place] = _dot(dt, columns[place]) / time if known else 0.0
+    values[_DT] = time
+    values[_ANGLE], values[_ANGLE_VARIANCE] = _angle_at_end(columns, dt)
+    return CorrectedSample._make(values)
 
 
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+def _dot(a: Column, b: Column) -> float:
     return float(sum(map(mul, a, b)))
 
 
-def _time_left(dt: Sequence[float]) -> list[float]:
+def _time_left(dt: Column) -> list[float]:
     """Return the time from each sample to the last one [s], (n,)."""
     return [0.0, *accumulate(dt[:0:-1])][::-1]
 
 
-def _end_weights(left: Sequence[float]) -> list[float]:
+def _end_weights(left: Column) -> list[float]:
     """Return the weights that give the end of the least-squares line, (n,), n above 1."""
     mean = sum(left) / len(left)
     offset = [each - mean for each in left]
@@ -102,12 +115,12 @@ def _end_weights(left: Sequence[float]) -> list[float]:
     return [share - each * slope for each in offset]
 
 
-def _angle_at_end(rows: Mapping[str, Sequence[float]], dt: Sequence[float]) -> tuple[float, float]:
+def _angle_at_end(columns: Sequence[Column], dt: Column) -> tuple[float, float]:
     """Return the angle [rad] at the end of the interval, and its variance."""
-    angle, rate = rows["angle"], rows["gyro_y"]
+    angle, rate = columns[_ANGLE], columns[_RATE]
     turns = [0.5 * dt[k] * (rate[k] + rate[k - 1]) for k in range(1, len(dt))]
     turned = [0.0, *accumulate(turns[::-1])][::-1]
-    certainty = [1.0 / variance for variance in rows["angle_variance"]]
+    certainty = [1.0 / variance for variance in columns[_ANGLE_VARIANCE]]
     total, end = sum(certainty), angle[-1]
     off = [
         math.remainder(each + turn - end, 2.0 * math.pi)
