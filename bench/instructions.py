@@ -51,7 +51,8 @@ def counted(part: str, code: Path, turns: int = TURNS) -> Count:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}"]
-        command += [f"--dump-before={MARK}", sys.executable, str(SUBJECTS), part, str(turns)]
+        command += ["--instr-atstart=no", f"--dump-before={MARK}"]
+        command += [sys.executable, str(SUBJECTS), part, str(turns), "callgrind"]
         environment = {**os.environ, "PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1"}
         environment |= instruction_code.environment(code)
         process = subprocess.run(
