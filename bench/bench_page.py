@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import socket
 import sys
 import tempfile
 import time
@@ -63,6 +64,12 @@ def until(what: str, condition: Callable[[], object]) -> None:
         if time.monotonic() > end:
             raise RuntimeError(f"not within {TIMEOUT:g} s: {what}")
         time.sleep(0.2)
+
+
+def answers(port: int) -> bool:
+    """Return whether something listens at a port."""
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 def start(graph: Graph, port: int) -> int:
@@ -132,6 +139,7 @@ def main() -> int:
 def measure(graph: Graph, folder: Path, given: argparse.Namespace) -> int:
     """Measure without and with a browser."""
     process = start(graph, given.port)
+    until("the page", lambda: answers(given.port))
     time.sleep(8.0)
     graph.check()
     begin = usage(process)

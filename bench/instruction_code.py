@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from twbr_estimation.live_code import files
+import twbr_estimation.live_code.files as files
 
 FOLDER = "TWBR_BENCH_CODE"
 """Variable that names the folder."""

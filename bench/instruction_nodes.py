@@ -36,6 +36,8 @@ from twbr_estimation.streams.messages import ImuEncoder, encode_float64
 TOPICS = {"tilt": Float64, "imu/data_raw": Imu, "motor/command": Float64MultiArray}
 DISCOVERY = 120.0
 """Longest time until a listener has been found [s]."""
+STALE = 0.5
+"""Time after which a node without input reports so; that is logged once, which takes long [s]."""
 
 
 def begin(**parameters: Any) -> dict[str, Any]:
@@ -137,6 +139,8 @@ def diagnostics() -> Run:
     samples, stamps = corrected_samples(0.005), itertools.count(FIRST, 5 * MILLISECOND)
     for _ in range(400):
         node.take(next(stamps), next(samples))
+    time.sleep(STALE)
+    node._diagnostics.update()
     return _repeated(node._diagnostics.update)
 
 
