@@ -206,6 +206,8 @@ def test_a_database_of_another_kind_is_refused(tmp_path: Path, script: str, what
         "sensor_msgs/Imu",
         "sensor_msgs::msg::dds_::Imu_",
         "sensor_msgs.msg.Imu",
+        "sensor_msgs.msg._imu.Imu",
+        "/sensor_msgs/msg/Imu",
         "sensor_msgs/msg/Imu",
     ],
 )

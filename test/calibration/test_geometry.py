@@ -155,3 +155,15 @@ def test_a_smoothed_reference_gives_lengths_but_not_the_gyro_s_scale() -> None:
         each = found.estimates[name]
         assert each.value is not None and each.error is not None
         assert each.value == pytest.approx(value, abs=3.0 * each.error)
+
+
+@pytest.mark.parametrize(
+    ("factor", "message"), [(-1.0, "run backward"), (210.0, "times the true angle")]
+)
+def test_wheels_that_contradict_the_imu_are_named_and_refused(factor: float, message: str) -> None:
+    drive = simulate("W1", 0.005, 30.0, 31)
+    track = drive.recording.wheels
+    assert track is not None
+    wrong = replace(drive.recording, wheels=replace(track, angle=track.angle * factor))
+    with pytest.raises(CalibrationError, match=message):
+        calibrate_geometry([wrong], drive.setup)

@@ -90,9 +90,11 @@ def absolute(name: str) -> str:
 def full_type(name: str) -> str:
     """Return a message type in its form of today: `sensor_msgs/Imu` as `sensor_msgs/msg/Imu`.
 
-    Names of DDS (`sensor_msgs::msg::dds_::Imu_`) and of Python (`sensor_msgs.msg.Imu`) count.
+    Names of DDS (`sensor_msgs::msg::dds_::Imu_`) and of Python (`sensor_msgs.msg.Imu`,
+    `sensor_msgs.msg._imu.Imu`) count.
     """
-    parts = [part for part in re.split(r"::|[/.]", name.strip()) if part not in ("msg", "dds_")]
+    words = re.split(r"::|[/.]", name.strip().strip("/"))
+    parts = [word for word in words if word.lower() not in ("msg", "dds_") and word[:1] != "_"]
     if len(parts) != 2 or not all(parts):
         return name
     package, kind = parts

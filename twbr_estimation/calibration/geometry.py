@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from ..checks.finding import Severity
 from ..drives import Drive
 from ..errors import CalibrationError
 from ..recording import Recording
@@ -48,6 +49,8 @@ LIMITS = {
     "wheel delay": 0.003,
 }
 """Largest standard error with which a quantity counts as determined, SI units."""
+ESTIMATED = ("robot.wheel_radius", "robot.lever_arm", "robot.encoder_placement")
+"""Parameters whose wrong values are what geometry is there for."""
 UNSEEN = "motion in one plane does not show it"
 
 
@@ -91,11 +94,14 @@ def calibrate_geometry(
 
     Raises:
         RecordingError: no reference, or too short.
-        CalibrationError: gyro and reference contradict each other.
+        CalibrationError: gyro, accelerometer, wheels and reference contradict each other in
+            another way than by what is estimated.
     """
-    drives = [signals_of(Drive(recording, setup)) for recording in recordings]
+    opened = [Drive(recording, setup) for recording in recordings]
+    drives = [signals_of(drive) for drive in opened]
     gyro, wide = fit_gyro(drives, WIDTH), fit_gyro(drives, WIDER)
     _require_plausible_gain(gyro)
+    _require_agreement(opened)
     found = _gyro_estimates(gyro, wide, setup)
     wheeled = [drive for drive in drives if drive.wheel is not None]
     turn, placement, share = Estimate(None, None, "there is no wheel encoder"), None, 0.0
@@ -114,6 +120,18 @@ def calibrate_geometry(
     determined = {name: _limited(name, estimate) for name, estimate in found.items()}
     configured = _configured(setup, determined, placement)
     return GeometryResult(configured, determined, turn, placement, share)
+
+
+def _require_agreement(drives: Sequence[Drive]) -> None:
+    """Refuse drives whose data contradict each other: geometry would hide that."""
+    failed = [
+        f"{drive.source}: {each.sentence}"
+        for drive in drives
+        for each in drive.findings
+        if each.severity is Severity.FAIL and each.parameter not in ESTIMATED
+    ]
+    if failed:
+        raise CalibrationError("; ".join(failed))
 
 
 def _require_plausible_gain(fit: GyroFit) -> None:
