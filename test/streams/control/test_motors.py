@@ -338,6 +338,20 @@ def test_a_pause_in_which_the_process_was_stopped_is_an_interruption() -> None:
     assert upright and 18 <= upright[0] <= 26  # `recovery_time` of 0.1 s
 
 
+def test_a_backlog_after_a_pause_is_no_proof_that_the_robot_stands() -> None:
+    fed = Fed()
+    fed.driven()
+    paused = fed.now
+    fed.now += 500_000_000
+    assert fed.stream.tick(fed.now) == NO_VOLTAGE
+    for stamp in range(paused + PERIOD, fed.now, PERIOD):  # what waited meanwhile
+        fed.stream.add_wheels(wheel_reading(stamp, [0.0]))
+        asked = fed.stream.add_tilt(stamp, 0.05 + 1e-6 * (stamp % 2), 0.0, fed.now)
+        assert asked in (None, NO_VOLTAGE), fed.stream.cut_because
+    again = [each != NO_VOLTAGE for each in fed.run(40)]
+    assert again.index(True) >= 8  # the last tilts of the backlog are fresh, too
+
+
 def test_a_short_pause_is_none() -> None:
     fed = Fed()
     fed.driven()

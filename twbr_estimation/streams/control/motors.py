@@ -233,7 +233,7 @@ class ControlStream:
         late = self._balance.settings.tilt_timeout
         if self._tilt is None or (now - self._tilt[0]) * 1e-9 <= late:
             return None
-        cut = self._step(now)
+        cut = self._step(now, silent_since=self._tilt[0] + round(late * 1e9))
         self._due = None  # the next tilt is a step, however it is stamped
         return cut
 
@@ -247,7 +247,7 @@ class ControlStream:
         share = dt / (self._configuration.control.rate_time_constant + dt)
         return rate + share * ((tilt - before) / dt - rate)
 
-    def _step(self, now: int) -> MotorVoltages:
+    def _step(self, now: int, silent_since: int | None = None) -> MotorVoltages:
         dt = (now - self._last_step) * 1e-9
         self._schedule(now)
         balanced = not self.cut_because
@@ -255,7 +255,7 @@ class ControlStream:
             self._balance.lay_down()
         asked = self._balance.step(now)
         self.counts["steps"] += 1
-        self._note_interruption(now)
+        self._note_interruption(now, now if silent_since is None else silent_since)
         if balanced and self._balance.standing is Standing.FALLEN:
             self._fell("falls")
         if not math.isfinite(asked.left + asked.right):
@@ -269,13 +269,14 @@ class ControlStream:
             self._given = self._blended(asked, dt)
         return self._given
 
-    def _note_interruption(self, now: int) -> None:
+    def _note_interruption(self, now: int, since: int) -> None:
         """After a long interruption let the robot be stood up before the motors run again."""
         if self._balance.standing in UNINTERRUPTED:
             self._interrupted = None
-        elif self._interrupted is None:
-            self._interrupted = now
-        elif (now - self._interrupted) * 1e-9 > RESUMED:
+            return
+        if self._interrupted is None:
+            self._interrupted = since
+        if (now - self._interrupted) * 1e-9 > RESUMED:
             self._balance.lay_down()
 
     def _fell(self, how: str) -> None:
