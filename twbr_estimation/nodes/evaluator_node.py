@@ -29,6 +29,7 @@ from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
 from ..scoring.figure_table import FIGURES
 from ..scoring.live import LiveEvaluation
 from ..streams.messages import JointStateDecoder
+from . import memory
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .estimator_inputs import estimator_inputs
@@ -146,6 +147,7 @@ class EvaluatorNode(GuardedNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self._settings.period, self.publish_figures, clock=steady)
         self.create_timer(PROGRESS_PERIOD, self._tell_progress, clock=steady)
+        self.create_timer(memory.PERIOD, memory.give_back, clock=steady)
 
     def _begin(self) -> LiveEvaluation:
         return LiveEvaluation(self._settings.options(), self._settings.source)
