@@ -211,6 +211,9 @@ def test_the_other_robot_has_a_tab_of_its_own(scene: Scene) -> None:
     scene.browser.evaluate(f"{tab}.click()")
     until(scene, "twbr.robots.get(1)?.traces.get('reference')?.length > 3")
     seen(scene, "simulator_node: held until a motor command")
+    until(
+        scene, "getElement(twbr.robots.get(1).ids.scene).objects.has(twbr.robots.get(1).ids.body)"
+    )
     until(scene, "!document.body.innerText.includes('balancing')")
     choose(scene.browser, "node", "simulator_node")
     until(scene, f"{mark('push_force')} !== null")
@@ -221,6 +224,7 @@ def test_the_other_robot_has_a_tab_of_its_own(scene: Scene) -> None:
     assert scene.robots.simulator.get_parameter("push_force").value == before
     scene.browser.evaluate("document.querySelector('.q-tab').click()")
     said(scene.browser, "balancing")
+    until(scene, f"!document.body.innerText.includes('{SECOND}/')")
 
 
 def test_a_lost_node_is_said(scene: Scene) -> None:

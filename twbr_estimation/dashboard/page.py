@@ -112,7 +112,7 @@ class RobotView:
 
     def _charts(self) -> tuple[ui.echart, ui.echart]:
         with ui.row().classes("w-full items-center no-wrap gap-2"):
-            ui.label("Tilt [deg] against time [s]").classes("text-subtitle1")
+            ui.label("Tilt [deg], time [s]").classes("text-subtitle1")
             ui.space()
             ui.switch("pause", on_change=lambda event: self._run("pause", bool(event.value)))
             ui.button("whole", on_click=lambda: self._run("zoomOut")).props("flat dense")
@@ -156,7 +156,7 @@ def _in_numbers(pose: Pose) -> str:
     """Return the tilt as a number, and that of the reference where there is one."""
     found = [("tilt", pose.tilt), ("reference", pose.reference)]
     return ", ".join(
-        f"{name} {value * DEGREES:.1f} deg ({value:.3f} rad)"
+        f"{name} {round(value * DEGREES, 1) + 0.0:.1f} deg ({round(value, 3) + 0.0:.3f} rad)"
         for name, value in found
         if math.isfinite(value)
     )
