@@ -11,7 +11,7 @@ import os
 import pickle
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -156,24 +156,31 @@ def _digest(name: str, body: bytes) -> bytes:
     return hashlib.sha256(name.encode() + b"\0" + body).digest()
 
 
-def object_code(step: Callable[..., None], sizes: Sequence[int]) -> tuple[bytes, str]:
-    """Compile a step on rows of doubles to an object file that needs no numba to be loaded.
+def object_code(
+    run: Callable[..., None], shapes: Mapping[str, str], counts: Sequence[str] = ()
+) -> tuple[bytes, str]:
+    """Compile a function of arrays to an object file that needs no numba to be loaded.
 
     Args:
-        step: takes one row for each of `sizes`, and changes what they hold.
-        sizes: doubles in each row.
+        run: takes whole numbers, then arrays of doubles, and changes what these hold.
+        shapes: of each array, by its name; written as Python, and may use the counts.
+        counts: names of the whole numbers.
 
     Returns:
-        The object file, and the name of a function in it that takes a pointer to each row.
+        The object file, and the name of a function in it that takes the counts and a pointer to
+        each array.
     """
-    _let_compile(step)
-    rows = ", ".join(f"carray(row{index}, {size})" for index, size in enumerate(sizes))
-    pointers = ", ".join(f"row{index}" for index in range(len(sizes)))
+    _let_compile(run)
+    arrays = [f"carray({name}, ({shape},))" for name, shape in shapes.items()]
     compiler: Any = numba  # its types leave out what is needed here
-    space: dict[str, Any] = {"__name__": __name__, "step": step, "carray": compiler.carray}
-    exec(f"def entry({pointers}):\n    step({rows})", space)
-    row = compiler.types.CPointer(compiler.types.float64)
-    signature = compiler.types.void(*(row for _ in sizes))
+    space: dict[str, Any] = {"__name__": __name__, "run": run, "carray": compiler.carray}
+    exec(
+        f"def entry({', '.join((*counts, *shapes))}):\n    run({', '.join((*counts, *arrays))})",
+        space,
+    )
+    types = compiler.types
+    pointers = (types.CPointer(types.float64) for _ in shapes)
+    signature = types.void(*(types.int64 for _ in counts), *pointers)
     function = compiler.cfunc(signature, error_model="numpy")(space["entry"])
     return function._library.serialize_using_object_code()[2][0], function._wrapper_name
 

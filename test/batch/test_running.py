@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import CorrectedTrack, precompile, run_filter, running
-from twbr_estimation.batch.kernels import filter_kernel
+from twbr_estimation.batch.loops import CORRECTION, Loop, loop_of_filter
 from twbr_estimation.filters import Filter, filter_named, filters
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample
@@ -55,7 +55,8 @@ def test_a_loop_is_compiled_once_it_has_run_long_enough(monkeypatch: pytest.Monk
     found, compiled = [], []
     for _ in range(3):
         found.append(run_filter(entry, Parameters(), short, Robot()))
-        compiled.append(bool(filter_kernel(entry).signatures))
+        loop = loop_of_filter(entry, short.first, Parameters(), found[-1].state)
+        compiled.append(loop.is_ready)
     assert compiled == [False, False, True]
     for other in found[1:]:
         np.testing.assert_array_equal(other.columns, found[0].columns)
@@ -87,12 +88,12 @@ def test_what_python_refuses_to_compute_is_compiled() -> None:
 def test_the_loops_that_are_missing_begin_with_the_slowest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("twbr_estimation.compilation.is_ready", lambda loop: False)
+    monkeypatch.setattr(Loop, "is_ready", False)
     names = precompile.missing(filters().values())
     assert names[: len(precompile.SLOWEST_FIRST)] == list(precompile.SLOWEST_FIRST)
-    assert set(names) == {precompile.CORRECTION, *filters()}
+    assert set(names) == {CORRECTION, *filters()}
     assert precompile.missing([fresh(lambda state, sample, parameters: state)]) == ["correction"]
-    monkeypatch.setattr("twbr_estimation.compilation.is_ready", lambda loop: True)
+    monkeypatch.setattr(Loop, "is_ready", True)
     assert precompile.missing(filters().values()) == []
     precompile.compile_missing(filters().values())  # nothing to do, no process to start
 

@@ -82,3 +82,20 @@ def test_the_correction_on_rows_is_the_correction() -> None:
         sample[:] = reading
         step(sample, coefficients, state, results)
         assert tuple(results) == corrector.step(reading)
+
+
+def test_two_records_of_one_name_are_kept_apart() -> None:
+    class State(NamedTuple):
+        tilt: float
+
+    inner = State
+
+    def outer() -> type[Any]:
+        class State(NamedTuple):
+            kept: inner
+            rate: float
+
+        return State
+
+    record = outer()(inner(0.1), 0.2)
+    assert Layout(record).reader()([0.1, 0.2]) == record

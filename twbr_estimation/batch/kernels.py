@@ -1,17 +1,41 @@
-"""The loops over columns, compiled from the step functions of the live path."""
+"""The loops over columns, made of the step functions of the live path."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..filters.base import Filter
+from ..live_code.layout import Layout
 from ..pipeline import correction
 from ..samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
 
-SOURCES = ("samples.py", "pipeline/*.py", "plants/*.py", "filters/**/*.py", "batch/*.py")
+SOURCES = (
+    "samples.py",
+    "compilation.py",
+    "pipeline/*.py",
+    "plants/*.py",
+    "filters/**/*.py",
+    "batch/*.py",
+    "live_code/layout.py",
+)
 """What the compiled loops are made of."""
+Run = Callable[[Any, Any, Any, Any, Any, Any], None]
+"""A loop: takes how many samples there are, the first of them, their columns, rows of coefficients
+and state, and the columns of results; fills the results from the first on, and changes the state.
+"""
+
+
+class LoopLayouts(NamedTuple):
+    """How coefficients and state of a loop lie in their rows."""
+
+    coefficients: Layout
+    state: Layout
+
+    @property
+    def key(self) -> str:
+        """What the compiled loop depends on beside its sources."""
+        return f"{self.coefficients.reading} {self.state.reading}"
 
 
 def _reader(record: type[Any], name: str) -> Callable[[Any, int], Any]:
@@ -30,61 +54,57 @@ raw_sample_at = _reader(Sample, "raw_sample_at")
 sample_at = _reader(CorrectedSample, "sample_at")
 
 
-@cache
-def correction_kernel() -> Any:
-    """Return the compiled loop of the correction over the columns of a `SampleTrack`.
-
-    It takes (columns, coefficients, state, corrected) and fills `corrected` from index 1 on.
-    """
-    from ..compilation import compiled, source_version
-
+def correction_loop(layouts: LoopLayouts) -> Run:
+    """Return the loop of the correction over the columns of a `SampleTrack`."""
     start, step = correction.start, correction.step
+    coefficients_of, state_of = layouts.coefficients.reader(), layouts.state.reader()
+    keep = layouts.state.writer()
 
-    def run(columns: Any, coefficients: Any, state: Any, corrected: Any) -> None:
-        for i in range(1, columns.shape[1]):
+    def run(
+        count: Any, first: Any, columns: Any, coefficients: Any, kept: Any, corrected: Any
+    ) -> None:
+        chosen, state = coefficients_of(coefficients), state_of(kept)
+        for i in range(first, count):
             sample = raw_sample_at(columns, i)
             if sample.dt > RESTART_GAP:
-                state, result = start(sample, coefficients)
+                state, result = start(sample, chosen)
             else:
-                state, result = step(state, sample, coefficients)
+                state, result = step(state, sample, chosen)
             for field in range(len(result)):
                 corrected[field, i] = result[field]
+        keep(state, kept)
 
-    return compiled(run, source_version(SOURCES), raw_sample_at, start, step, name="correction")
+    return run
 
 
-@cache
-def filter_kernel(entry: Filter) -> Any:
-    """Return the compiled loop of a filter over corrected columns.
-
-    It takes (columns, first, coefficients, state, estimates), fills `estimates` from index
-    `first` on and returns the last state. A user's own filter is compiled again in each process,
-    as the cache on disk would not notice a change of it.
-    """
-    from ..compilation import compiled, source_version
-
+def filter_loop(entry: Filter, layouts: LoopLayouts) -> Run:
+    """Return the loop of a filter over corrected columns."""
     step, reset = entry.step, entry.reset
     with_bias, with_variance = entry.estimates_gyro_bias, entry.estimates_variance
+    coefficients_of, state_of = layouts.coefficients.reader(), layouts.state.reader()
+    keep = layouts.state.writer()
 
-    def run(columns: Any, first: int, coefficients: Any, state: Any, estimates: Any) -> Any:
-        for i in range(first, columns.shape[1]):
+    def run(
+        count: Any, first: Any, columns: Any, coefficients: Any, kept: Any, estimates: Any
+    ) -> None:
+        chosen, state = coefficients_of(coefficients), state_of(kept)
+        for i in range(first, count):
             sample = sample_at(columns, i)
             if sample.dt > RESTART_GAP:
                 bias = state.gyro_bias if with_bias else 0.0
                 fresh = TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0)
-                state = reset(fresh, sample, coefficients)
+                state = reset(fresh, sample, chosen)
             else:
-                state = step(state, sample, coefficients)
+                state = step(state, sample, chosen)
             estimates[0, i] = state.tilt
             estimates[1, i] = state.rate
             if with_bias:
                 estimates[2, i] = state.gyro_bias
             if with_variance:
                 estimates[3, i] = state.tilt_variance
-        return state
+        keep(state, kept)
 
-    version = source_version(SOURCES) if is_ours(entry) else None
-    return compiled(run, version, sample_at, step, reset, name=entry.name)
+    return run
 
 
 def is_ours(entry: Filter) -> bool:

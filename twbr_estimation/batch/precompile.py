@@ -14,18 +14,16 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import TwbrError, WorkerError
 from ..filters.base import Filter, filter_named, filters
-from ..pipeline.pairing import SampleTrack
+from ..live_code.files import folders
+from ..pipeline import correction
+from ..pipeline.coefficients import derive
 from ..robot import Robot, Setup
-from ..samples import Sample
-from .kernels import correction_kernel, filter_kernel, is_ours
-from .running import correct, correct_compiled, run_compiled
+from ..samples import STANDARD_GRAVITY, Sample, TiltEstimate
+from .kernels import is_ours
+from .loops import CORRECTION, Loop, loop_of_correction, loop_of_filter
 
-CORRECTION = "correction"
-"""Name of the correction's loop among those of the filters."""
 SLOWEST_FIRST = ("ins_odometer", "dynamic_calibrating", "dynamic_yaw", "dynamic_planar", CORRECTION)
 LONGEST = 600.0
 """Time that one loop may take to compile [s]."""
@@ -37,27 +35,32 @@ Report = Callable[[int, int], None]
 
 
 def missing(entries: Iterable[Filter]) -> list[str]:
-    """Return the loops these filters need that a cache could hold and does not, slowest first."""
-    from ..compilation import is_ready
-
-    needed = {CORRECTION: correction_kernel()}
-    needed.update((entry.name, filter_kernel(entry)) for entry in entries if is_ours(entry))
-    names = [
-        name for name, kernel in needed.items() if kernel.stats.cache_path and not is_ready(kernel)
-    ]
+    """Return the loops these filters need that a file could hold and does not, slowest first."""
+    needed = [CORRECTION, *(entry.name for entry in entries if is_ours(entry))]
+    names = [name for name in needed if _lacks(usual_loop(name))]
     order = {name: place for place, name in enumerate(SLOWEST_FIRST)}
     return sorted(names, key=lambda name: order.get(name, len(order)))
 
 
-def compile_loop(name: str) -> None:
-    """Compile one loop by running it over two samples; it stays in the cache on disk."""
-    columns = np.full((len(Sample._fields), 2), 0.1)
-    samples = SampleTrack(np.array([0, 100_000_000], dtype=np.int64), columns)
+def _lacks(loop: Loop) -> bool:
+    return loop.can_be_kept and not loop.is_ready
+
+
+def usual_loop(name: str) -> Loop:
+    """Return the loop of a filter, or of the correction, for the usual robot and calibration."""
+    derived = derive(Setup())
+    first = Sample(0.1, 0.0, 0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY)
     if name == CORRECTION:
-        correct_compiled(samples, Setup())
-        return
-    entry = filter_named(name)
-    run_compiled(entry, entry.configure(), correct(samples, Setup()), Robot(), None)
+        return loop_of_correction(first, derived)
+    entry, sample = filter_named(name), correction.start(first, derived)[1]
+    coefficients = entry.derive(entry.configure(), Robot())
+    state = entry.reset(TiltEstimate(sample.angle, sample.gyro_y), sample, coefficients)
+    return loop_of_filter(entry, sample, coefficients, state)
+
+
+def compile_loop(name: str) -> None:
+    """Compile one loop and keep it in a file."""
+    usual_loop(name).compile()
 
 
 def compile_missing(entries: Iterable[Filter], report: Report = lambda done, total: None) -> None:
@@ -111,6 +114,25 @@ def compile_later(entries: Iterable[Filter]) -> bool:
     return bool(names)
 
 
+def _lock_file() -> Path:
+    """Return a file in the first folder for loops that can be written.
+
+    Raises:
+        WorkerError: there is none.
+    """
+    for folder in folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path = folder / "compiling.lock"
+            path.touch()
+        except OSError:
+            continue
+        return path
+    raise WorkerError(
+        f"none of {', '.join(map(str, folders()))} can be written: set `NUMBA_CACHE_DIR`"
+    )
+
+
 @contextmanager
 def _alone(wait: bool) -> Iterator[None]:
     """Hold the lock of the cache's folder.
@@ -118,12 +140,7 @@ def _alone(wait: bool) -> Iterator[None]:
     Raises:
         BlockingIOError: another process holds it, and `wait` is not set.
     """
-    folder = correction_kernel().stats.cache_path
-    if folder is None:
-        yield
-        return
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    with (Path(folder) / "compiling.lock").open("w") as file:
+    with _lock_file().open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         yield
 

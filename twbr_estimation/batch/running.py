@@ -8,28 +8,29 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..filters.base import Filter
+from ..live_code.layout import LayoutError
 from ..pipeline import correction
 from ..pipeline.coefficients import derive
 from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import SampleTrack
 from ..pipeline.tilt_filter import TiltFilter
-from ..recording import FloatArray
 from ..robot import Robot, Setup
 from ..samples import CorrectedSample, Sample, TiltEstimate
-from .kernels import correction_kernel, filter_kernel, is_ours
+from .kernels import is_ours
+from .loops import Loop, loop_of_correction, loop_of_filter
 from .tracks import CorrectedTrack, EstimateTrack
 
 COMPILE_AFTER = 60_000
 """Samples from which on compiling a loop takes less time than interpreting it."""
-_interpreted: Counter[Any] = Counter()  # samples by loop, in this process
+_interpreted: Counter[Loop] = Counter()  # samples, in this process
 
 
 def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
@@ -42,9 +43,10 @@ def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
     Returns:
         n corrected samples.
     """
-    if samples.stamps.size > 0 and _stays_interpreted(
-        correct, correction_kernel, samples.stamps.size
-    ):
+    if samples.stamps.size == 0:
+        return correct_compiled(samples, setup)
+    loop = loop_of_correction(_first(samples), derive(setup))
+    if _stays_interpreted(loop, samples.stamps.size):
         corrector = Corrector(setup)
         found = [corrector.step(Sample(*column)) for column in samples.columns.T.tolist()]
         return CorrectedTrack(samples.stamps, np.array(found).T.copy())
@@ -56,11 +58,15 @@ def correct_compiled(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
     corrected = np.empty((len(CorrectedSample._fields), samples.stamps.size))
     if samples.stamps.size == 0:
         return CorrectedTrack(samples.stamps, corrected)
-    coefficients = derive(setup)
-    first = Sample(*samples.columns[:, 0].tolist())
+    coefficients, first = derive(setup), _first(samples)
     state, corrected[:, 0] = correction.start(first, coefficients)
-    correction_kernel()(samples.columns, coefficients, state, corrected)
+    loop = loop_of_correction(first, coefficients)
+    loop(samples.columns, 1, coefficients, state, corrected)
     return CorrectedTrack(samples.stamps, corrected)
+
+
+def _first(samples: SampleTrack) -> Sample:
+    return Sample(*samples.columns[:, 0].tolist())
 
 
 def run_filter(
@@ -83,19 +89,32 @@ def run_filter(
         n estimates and the state to go on from.
     """
     size = corrected.stamps.size
-    if size > 0 and _stays_interpreted(entry, lambda: filter_kernel(entry), size):
+    if size == 0:
+        return run_compiled(entry, parameters, corrected, robot, state)
+    try:
+        begun = _begun(entry, parameters, corrected, robot, state)
+    except LayoutError:
+        return _interpret(entry, parameters, corrected, robot, state)
+    if _stays_interpreted(begun.loop, size):
         try:
             return _interpret(entry, parameters, corrected, robot, state)
         except (ArithmeticError, ValueError):
             pass  # where a filter diverges, Python raises what compiled code turns into inf or nan
-    if is_ours(entry):
-        return run_compiled(entry, parameters, corrected, robot, state)
+    if not is_ours(entry) and not _can_be_compiled(begun.loop):
+        return _interpret(entry, parameters, corrected, robot, state)
+    return _run(begun, corrected)
+
+
+def _can_be_compiled(loop: Loop) -> bool:
+    """Compile the loop of a user's own filter, where numba can."""
     from ..compilation import NOT_COMPILABLE
 
     try:
-        return run_compiled(entry, parameters, corrected, robot, state)
+        if not loop.is_ready:
+            loop.compile()
     except NOT_COMPILABLE:
-        return _interpret(entry, parameters, corrected, robot, state)
+        return False
+    return True
 
 
 def _interpret(
@@ -111,30 +130,49 @@ def run_compiled(
     entry: Filter, parameters: Any, corrected: CorrectedTrack, robot: Robot, state: Any | None
 ) -> EstimateTrack:
     """Run a filter as `run_filter` does, always by the compiled loop."""
-    estimates = np.zeros((len(TiltEstimate._fields), corrected.stamps.size))
     if corrected.stamps.size == 0:
-        return EstimateTrack(corrected.stamps, estimates, state)
-    coefficients = entry.derive(parameters, robot)
+        return EstimateTrack(corrected.stamps, np.zeros((len(TiltEstimate._fields), 0)), state)
+    return _run(_begun(entry, parameters, corrected, robot, state), corrected)
+
+
+class _Begun(NamedTuple):
+    """A filter before its first step."""
+
+    loop: Loop
+    coefficients: Any
+    state: Any
+    first: int
+    """Index of the sample that the first step takes."""
+
+
+def _begun(
+    entry: Filter, parameters: Any, corrected: CorrectedTrack, robot: Robot, state: Any | None
+) -> _Begun:
+    """Return the filter with the state to go on from, or that of the first sample's angle.
+
+    Raises:
+        LayoutError: its records hold something else than numbers.
+    """
+    coefficients, sample = entry.derive(parameters, robot), corrected.first
     first = 0
     if state is None:
-        sample = corrected.first
         state = entry.reset(TiltEstimate(sample.angle, sample.gyro_y), sample, coefficients)
-        _store(state, estimates)
         first = 1
-    state = filter_kernel(entry)(corrected.columns, first, coefficients, state, estimates)
+    return _Begun(loop_of_filter(entry, sample, coefficients, state), coefficients, state, first)
+
+
+def _run(begun: _Begun, corrected: CorrectedTrack) -> EstimateTrack:
+    estimates = np.zeros((len(TiltEstimate._fields), corrected.stamps.size))
+    if begun.first:
+        for row, name in enumerate(TiltEstimate._fields):
+            estimates[row, 0] = getattr(begun.state, name, 0.0)
+    state = begun.loop(corrected.columns, begun.first, begun.coefficients, begun.state, estimates)
     return EstimateTrack(corrected.stamps, estimates, state)
 
 
-def _store(state: Any, estimates: FloatArray) -> None:
-    for row, name in enumerate(TiltEstimate._fields):
-        estimates[row, 0] = getattr(state, name, 0.0)
-
-
-def _stays_interpreted(loop: Any, kernel: Callable[[], Any], samples: int) -> bool:
+def _stays_interpreted(loop: Loop, samples: int) -> bool:
     """Return whether a loop over so many samples more is quicker done without compiling it."""
-    from ..compilation import is_ready
-
-    if is_ready(kernel()):
+    if loop.is_ready:
         return False
     _interpreted[loop] += samples
     return _interpreted[loop] <= COMPILE_AFTER
@@ -150,8 +188,6 @@ def run_filters(
         corrected: n corrected samples.
         robot: geometry, for filters that need it.
     """
-    for entry, _ in chosen:
-        filter_kernel(entry)  # prepared one after the other; compiled loops then run side by side
 
     def run(each: tuple[Filter, Any]) -> EstimateTrack:
         return run_filter(*each, corrected, robot)

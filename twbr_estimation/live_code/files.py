@@ -2,12 +2,13 @@
 
 A file holds the name of the function, the object code and a digest. One that is damaged, or made
 of other sources, by another numba or for another processor, is not used; neither is one that
-another user may have written.
+another user may have written. `NUMBA_CACHE_DIR` names another folder for them.
 """
 
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import os
 import stat
 import sys
@@ -31,12 +32,14 @@ SOURCES = (
     "live_code/steps.py",
 )
 """What the compiled steps are made of."""
+STEP = "step"
+"""Ending of the files of steps."""
 _DIGEST_SIZE = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class ObjectCode(NamedTuple):
-    """One compiled step."""
+    """One compiled function."""
 
     function: str
     """Its name in the object file."""
@@ -45,6 +48,8 @@ class ObjectCode(NamedTuple):
 
 def folders() -> tuple[Path, ...]:
     """Return where files may lie: in the package, else in the user's cache."""
+    if own := os.environ.get("NUMBA_CACHE_DIR"):
+        return (Path(own),)
     found = [Path(__file__).parent / "__pycache__"]
     cache_home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     if os.path.isabs(cache_home):
@@ -53,19 +58,19 @@ def folders() -> tuple[Path, ...]:
 
 
 @cache
-def made_for(processor: str) -> str:
+def made_for(processor: str, sources: tuple[str, ...] = SOURCES) -> str:
     """Return a digest of the sources, the libraries and the processor; empty without numba."""
-    # A node that has nothing to load starts without it.
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        libraries = [f"{name} {version(name)}" for name in ("numba", "llvmlite")]
-    except PackageNotFoundError:
-        return ""
-    about = " ".join((*libraries, sys.implementation.cache_tag, processor))
-    digest = hashlib.sha256(about.encode())
-    package = Path(__file__).parent.parent
-    for path in sorted(path for pattern in SOURCES for path in package.glob(pattern)):
+    digest = hashlib.sha256(f"{sys.implementation.cache_tag} {processor}".encode())
+    for name in ("numba", "llvmlite"):
+        package = importlib.util.find_spec(name)
+        if package is None or package.origin is None:
+            return ""
+        try:
+            digest.update(Path(package.origin).with_name("_version.py").read_bytes())
+        except OSError:
+            return ""
+    package_folder = Path(__file__).parent.parent
+    for path in sorted(path for pattern in sources for path in package_folder.glob(pattern)):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -96,21 +101,21 @@ def refused(name: str) -> str:
     return ""
 
 
-def saved(name: str, made: str, code: ObjectCode) -> Path | None:
-    """Keep a step in the first folder that can be written; None where there is none.
+def saved(name: str, made: str, code: ObjectCode, ending: str = STEP) -> Path | None:
+    """Keep a function in the first folder that can be written; None where there is none.
 
-    Files of the same step that are made for something else are deleted.
+    Files of the same function that are made for something else are deleted.
     """
     body = code.function.encode() + b"\n" + code.code
     for folder in folders():
-        path = folder / f"{name}.{made}.step"
+        path = folder / f"{name}.{made}.{ending}"
         try:
             folder.mkdir(mode=0o755, parents=True, exist_ok=True)
             if refusal(folder, folder.stat()):
                 continue
             _write(path, _digest(path.name, body) + body)
-            for other in folder.glob(f"{name}.*.step"):
-                if other != path:
+            for other in folder.glob(f"{name}.*.{ending}"):
+                if not other.name.startswith(f"{name}.{made.partition('-')[0]}"):
                     other.unlink(missing_ok=True)
         except OSError:
             continue
@@ -129,15 +134,15 @@ def _write(path: Path, content: bytes) -> None:
         partial.unlink(missing_ok=True)
 
 
-def exists(name: str) -> bool:
-    """Return whether a step was ever kept, for whatever sources; quick."""
-    return any(any(folder.glob(f"{name}.*.step")) for folder in folders())
+def exists(name: str, ending: str = STEP) -> bool:
+    """Return whether a function was ever kept, for whatever sources; quick."""
+    return any(any(folder.glob(f"{name}.*.{ending}")) for folder in folders())
 
 
-def kept(name: str, made: str) -> ObjectCode | None:
-    """Return a step that is kept; None where there is none that is sound."""
+def kept(name: str, made: str, ending: str = STEP) -> ObjectCode | None:
+    """Return a function that is kept; None where there is none that is sound."""
     for folder in folders():
-        path = folder / f"{name}.{made}.step"
+        path = folder / f"{name}.{made}.{ending}"
         try:
             with path.open("rb") as file:
                 states = (folder, folder.stat()), (path, os.fstat(file.fileno()))

@@ -29,7 +29,8 @@ class Layout:
             LayoutError: it holds something else.
         """
         self._kinds: dict[str, type[Any]] = {}
-        self._reading, self.size = self._read(example, 0)
+        self.reading, self.size = self._read(example, 0)
+        """The expression that makes the record from `row`, and how many doubles it takes."""
         self._writing = [
             f"row[{place}] = {value}" for place, value in self._written(example, "record", 0)
         ]
@@ -56,9 +57,17 @@ class Layout:
         inside = ", ".join(parts)
         if type(example) is tuple:
             return f"({inside},)" if parts else "()", size
-        name = f"{type(example).__name__}_{place}"
-        self._kinds[name] = type(example)
+        name = self._name_of(type(example))
         return f"{name}({inside})", size
+
+    def _name_of(self, kind: type[Any]) -> str:
+        """Return a name for a kind of record; two kinds may have the same of their own."""
+        for name, known in self._kinds.items():
+            if known is kind:
+                return name
+        name = f"{kind.__name__}_{len(self._kinds)}"
+        self._kinds[name] = kind
+        return name
 
     def _written(self, example: Any, value: str, place: int) -> Iterator[tuple[str, str]]:
         """Yield places and the expressions of what is written there."""
@@ -76,7 +85,7 @@ class Layout:
     def reader(self) -> Callable[[Any], Any]:
         """Return the function that makes the record from an array, compiled or not."""
         read: Callable[[Any], Any] = self._function(
-            f"def read(row):\n    return {self._reading}\n", "read"
+            f"def read(row):\n    return {self.reading}\n", "read"
         )
         return read
 

@@ -20,6 +20,7 @@ from . import files
 
 Function = Callable[..., None]
 """Takes the addresses of the rows of a step."""
+_ROWS = (ctypes.c_void_p,) * 4
 _SUPPORT = (("_helperlib", "numba_"), ("core/runtime/_nrt_python", "NRT_"))
 """Libraries, and how the names of their functions begin in machine code."""
 
@@ -34,21 +35,28 @@ def loaded(name: str) -> Function | None:
     try:
         made = files.made_for(processor())
         found = files.kept(name, made) if made else None
-        return None if found is None else _function_of(found)
+        return None if found is None else function_of(found, ctypes.PYFUNCTYPE(None, *_ROWS))
     except (ImportError, OSError, RuntimeError, AttributeError):
         return None  # llvmlite or numba are not there, or of another form
 
 
-def _function_of(found: files.ObjectCode) -> Function:
-    """Return the function in an object file."""
+def function_of(found: files.ObjectCode, kind: Any) -> Function:
+    """Return the function in an object file.
+
+    Args:
+        found: the object file.
+        kind: what ctypes is to make of the function's address.
+
+    Raises:
+        ImportError: llvmlite or a library of numba's is missing.
+    """
     import llvmlite.binding as llvm
 
     engine = _engine()
     engine.add_object_file(llvm.ObjectFileRef.from_data(found.code))
     engine.finalize_object()
     address = engine.get_function_address(found.function)
-    rows = (ctypes.c_void_p,) * 4
-    return cast("Function", ctypes.PYFUNCTYPE(None, *rows)(address))
+    return cast("Function", kind(address))
 
 
 @cache

@@ -43,7 +43,8 @@ def compiled(name: str) -> files.ObjectCode:
     else:
         entry = filter_named(name)
         run, layouts = filter_step(entry, name in SELF_JUDGED), filter_layouts(entry)
-    code, function = object_code(run, [each.size for each in layouts])
+    shapes = {name: str(each.size) for name, each in layouts._asdict().items()}
+    code, function = object_code(run, shapes)
     return files.ObjectCode(function, code)
 
 
