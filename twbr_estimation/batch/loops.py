@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import threading
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any, cast
@@ -26,6 +27,8 @@ CORRECTION = "correction"
 """Name of the correction's loop among those of the filters."""
 ENDING = "loop"
 """Of the files of loops."""
+_ONE_AT_A_TIME = threading.RLock()
+"""Held while code is compiled or loaded; compiled loops run side by side."""
 _KIND = ctypes.CFUNCTYPE(None, *(ctypes.c_int64,) * 2, *(ctypes.c_void_p,) * 4)  # frees the GIL
 
 
@@ -48,11 +51,12 @@ class Loop:
     @property
     def is_ready(self) -> bool:
         """Whether it is compiled; where a file has it, it is loaded."""
-        if self._function is None and self._made:
-            kept = files.kept(self._name, self._made, ENDING)
-            with suppress(ImportError, OSError, RuntimeError, AttributeError):
-                self._function = function_of(kept, _KIND) if kept else None
-        return self._function is not None
+        with _ONE_AT_A_TIME:
+            if self._function is None and self._made:
+                kept = files.kept(self._name, self._made, ENDING)
+                with suppress(ImportError, OSError, RuntimeError, AttributeError):
+                    self._function = function_of(kept, _KIND) if kept else None
+            return self._function is not None
 
     @property
     def can_be_kept(self) -> bool:
@@ -71,8 +75,7 @@ class Loop:
             state: before that sample.
             results: fields of the results as rows, (r, n); filled from `first` on.
         """
-        if not self.is_ready:
-            self.compile()
+        self.compile()
         function = cast("Function", self._function)
         columns = np.ascontiguousarray(columns)
         chosen, kept = (np.array(numbers_of(each), float) for each in (coefficients, state))
@@ -81,14 +84,17 @@ class Loop:
         return self._state_of(PlainRow(kept))
 
     def compile(self) -> None:
-        """Compile it, and keep it if it may be."""
-        from ..compilation import object_code
+        """Compile it where it is not, and keep it if it may be."""
+        with _ONE_AT_A_TIME:
+            if self.is_ready:
+                return
+            from ..compilation import object_code
 
-        code, name = object_code(self._run(), self._shapes(), ("count", "first"))
-        found = files.ObjectCode(name, code)
-        if self._made:
-            files.saved(self._name, self._made, found, ENDING)
-        self._function = function_of(found, _KIND)
+            code, name = object_code(self._run(), self._shapes(), ("count", "first"))
+            found = files.ObjectCode(name, code)
+            if self._made:
+                files.saved(self._name, self._made, found, ENDING)
+            self._function = function_of(found, _KIND)
 
     def _run(self) -> Run:
         if self._entry is None:

@@ -110,8 +110,7 @@ def _can_be_compiled(loop: Loop) -> bool:
     from ..compilation import NOT_COMPILABLE
 
     try:
-        if not loop.is_ready:
-            loop.compile()
+        loop.compile()
     except NOT_COMPILABLE:
         return False
     return True
