@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import CorrectedTrack, precompile, run_filter, running
-from twbr_estimation.batch.loops import CORRECTION, Loop, loop_of_filter
+from twbr_estimation.batch.loops import CORRECTION, CompiledLoop, loop_of_filter
 from twbr_estimation.filters import Filter, filter_named, filters
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import CorrectedSample
@@ -88,12 +88,12 @@ def test_what_python_refuses_to_compute_is_compiled() -> None:
 def test_the_loops_that_are_missing_begin_with_the_slowest(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(Loop, "is_ready", False)
+    monkeypatch.setattr(CompiledLoop, "is_ready", False)
     names = precompile.missing(filters().values())
     assert names[: len(precompile.SLOWEST_FIRST)] == list(precompile.SLOWEST_FIRST)
     assert set(names) == {CORRECTION, *filters()}
     assert precompile.missing([fresh(lambda state, sample, parameters: state)]) == ["correction"]
-    monkeypatch.setattr(Loop, "is_ready", True)
+    monkeypatch.setattr(CompiledLoop, "is_ready", True)
     assert precompile.missing(filters().values()) == []
     precompile.compile_missing(filters().values())  # nothing to do, no process to start
 

@@ -32,7 +32,7 @@ _ONE_AT_A_TIME = threading.RLock()
 _KIND = ctypes.CFUNCTYPE(None, *(ctypes.c_int64,) * 2, *(ctypes.c_void_p,) * 4)  # frees the GIL
 
 
-class Loop:
+class CompiledLoop:
     """The loop of one filter, or of the correction, for records of one layout."""
 
     def __init__(self, entry: Filter | None, layouts: LoopLayouts) -> None:
@@ -113,12 +113,14 @@ class Loop:
         }
 
 
-def loop_of_correction(first: Sample, coefficients: Any) -> Loop:
+def loop_of_correction(first: Sample, coefficients: Any) -> CompiledLoop:
     """Return the loop of the correction for such samples and coefficients."""
     return _loop(None, coefficients, correction.start(first, coefficients)[0])
 
 
-def loop_of_filter(entry: Filter, first: CorrectedSample, coefficients: Any, state: Any) -> Loop:
+def loop_of_filter(
+    entry: Filter, first: CorrectedSample, coefficients: Any, state: Any
+) -> CompiledLoop:
     """Return the loop of a filter.
 
     Args:
@@ -135,15 +137,15 @@ def loop_of_filter(entry: Filter, first: CorrectedSample, coefficients: Any, sta
     return _loop(entry, coefficients, state)
 
 
-def _loop(entry: Filter | None, coefficients: Any, state: Any) -> Loop:
+def _loop(entry: Filter | None, coefficients: Any, state: Any) -> CompiledLoop:
     layouts = LoopLayouts(Layout(coefficients), Layout(state))
     key = entry, layouts.key
     if key not in _loops:
-        _loops[key] = Loop(entry, layouts)
+        _loops[key] = CompiledLoop(entry, layouts)
     return _loops[key]
 
 
-_loops: dict[tuple[Filter | None, str], Loop] = {}
+_loops: dict[tuple[Filter | None, str], CompiledLoop] = {}
 
 
 @lru_cache

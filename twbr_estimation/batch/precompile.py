@@ -22,7 +22,7 @@ from ..pipeline.coefficients import derive
 from ..robot import Robot, Setup
 from ..samples import STANDARD_GRAVITY, Sample, TiltEstimate
 from .kernels import is_ours
-from .loops import CORRECTION, Loop, loop_of_correction, loop_of_filter
+from .loops import CORRECTION, CompiledLoop, loop_of_correction, loop_of_filter
 
 SLOWEST_FIRST = ("ins_odometer", "dynamic_calibrating", "dynamic_yaw", "dynamic_planar", CORRECTION)
 LONGEST = 600.0
@@ -42,11 +42,11 @@ def missing(entries: Iterable[Filter]) -> list[str]:
     return sorted(names, key=lambda name: order.get(name, len(order)))
 
 
-def _lacks(loop: Loop) -> bool:
+def _lacks(loop: CompiledLoop) -> bool:
     return loop.can_be_kept and not loop.is_ready
 
 
-def usual_loop(name: str) -> Loop:
+def usual_loop(name: str) -> CompiledLoop:
     """Return the loop of a filter, or of the correction, for the usual robot and calibration."""
     derived = derive(Setup())
     first = Sample(0.1, 0.0, 0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY)

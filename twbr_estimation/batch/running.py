@@ -25,12 +25,12 @@ from ..pipeline.tilt_filter import TiltFilter
 from ..robot import Robot, Setup
 from ..samples import CorrectedSample, Sample, TiltEstimate
 from .kernels import is_ours
-from .loops import Loop, loop_of_correction, loop_of_filter
+from .loops import CompiledLoop, loop_of_correction, loop_of_filter
 from .tracks import CorrectedTrack, EstimateTrack
 
 COMPILE_AFTER = 60_000
 """Samples from which on compiling a loop takes less time than interpreting it."""
-_interpreted: Counter[Loop] = Counter()  # samples, in this process
+_interpreted: Counter[CompiledLoop] = Counter()  # samples, in this process
 
 
 def correct(samples: SampleTrack, setup: Setup) -> CorrectedTrack:
@@ -105,7 +105,7 @@ def run_filter(
     return _run(begun, corrected)
 
 
-def _can_be_compiled(loop: Loop) -> bool:
+def _can_be_compiled(loop: CompiledLoop) -> bool:
     """Compile the loop of a user's own filter, where numba can."""
     from ..compilation import NOT_COMPILABLE
 
@@ -137,7 +137,7 @@ def run_compiled(
 class _Begun(NamedTuple):
     """A filter before its first step."""
 
-    loop: Loop
+    loop: CompiledLoop
     coefficients: Any
     state: Any
     first: int
@@ -169,7 +169,7 @@ def _run(begun: _Begun, corrected: CorrectedTrack) -> EstimateTrack:
     return EstimateTrack(corrected.stamps, estimates, state)
 
 
-def _stays_interpreted(loop: Loop, samples: int) -> bool:
+def _stays_interpreted(loop: CompiledLoop, samples: int) -> bool:
     """Return whether a loop over so many samples more is quicker done without compiling it."""
     if loop.is_ready:
         return False
