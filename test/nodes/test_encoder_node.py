@@ -132,6 +132,17 @@ def test_silence_is_an_error(graph: Any, monkeypatch: pytest.MonkeyPatch) -> Non
     assert report.message.startswith("no joint states for 12")
 
 
+def test_a_silence_from_the_start_counts_from_the_activation(
+    graph: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without /clock nothing is ever published; the time since the boot is no silence."""
+    node = _start(graph, simulated=True, use_sim_time=True)
+    later = encoder_node.time.monotonic() + 12.0
+    monkeypatch.setattr(encoder_node.time, "monotonic", lambda: later)
+    message = node.report().message
+    assert "no joint states" in message and float(message.split()[-2]) < 60.0
+
+
 def test_counters_outlive_the_device(graph: Any) -> None:
     counter = _rolling(1.0)
     node = _start(graph, (counter,), joint_names=["wheel"])

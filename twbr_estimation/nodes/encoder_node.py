@@ -151,7 +151,7 @@ class EncoderNode(DeviceNode):
         self._reported_errors = self.errors
         if not self.is_active:
             return Level.OK, "inactive"
-        silence = time.monotonic() - self._published_at
+        silence = time.monotonic() - max(self._published_at, self._active_since)
         if self.is_settled and silence > max(SILENCE, 3.0 / self.parameters.current.poll_rate):
             return Level.ERROR, f"no joint states for {silence:.1f} s"
         if failed:
