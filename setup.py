@@ -80,6 +80,7 @@ setup(
         "physics": PHYSICS,
         "report": REPORT,
         "test": TEST,
+        "coverage": ["pytest-cov>=5"],
         "dev": [*TEST, *LINT, *HARDWARE, *DOCS],
         "colcon": ["colcon-common-extensions", "setuptools<80"],
     },
