@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.batch.judging import trusted
 from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
@@ -50,6 +51,12 @@ def errors(name: str, made: Day, track: CorrectedTrack) -> tuple[FloatArray, Flo
         "encoder 20 to 60 ms late",
         "leans motionless for 5 min",
         "into a wall",
+        "turned on a shaft, no wheels",
+        "spins, sensor 20 mm aside",
+        "spins beyond the gyro's range",
+        "gyro bias drifts 2 deg/s",
+        "first sample zeros",
+        "falls and is put up",
     ],
 )
 def test_no_worse_than_the_best_that_could_be_had(name: str, dt: float) -> None:
@@ -67,6 +74,24 @@ def test_wrong_encoders_are_found_out(name: str) -> None:
     made, wheels, blind = day(name, 0.005)
     ours = np.mean(errors("ins_odometer", made, wheels)[0] ** 2)
     assert ours < 1.5 * np.mean(errors("ins_odometer", made, blind)[0] ** 2) + ROOM
+
+
+LATE = pytest.param(
+    "encoder 20 to 60 ms late",
+    marks=pytest.mark.xfail(reason="late wheels in slow motion pass for right ones: 0.2 %"),
+)
+
+
+@pytest.mark.parametrize("name", [LATE if name == LATE.values[0] else name for name in DAYS])
+def test_what_is_called_valid_is_not_far_wrong(name: str) -> None:
+    """Less than a thousandth of the samples is more than 5 deg wrong and called valid."""
+    made, wheels, _ = day(name, 0.01)
+    entry, truth = filter_named("ins_odometer"), made.recording.truth
+    assert truth is not None
+    found = run_filter(entry, entry.configure(), wheels, made.setup.robot)
+    true = np.interp(found.stamps, truth.stamps, truth.tilt)
+    far = np.abs(np.angle(np.exp(1j * (found.tilt - true)))) > np.radians(5.0)
+    assert np.mean(trusted(entry, wheels, found) & far) < 1e-3
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.01])

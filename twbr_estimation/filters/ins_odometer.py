@@ -7,7 +7,9 @@ differences it learns the errors of attitude, gyro (bias and gain) and accelerom
 The gyro's own delay is made good at the end: the estimate is where the last rate has led to.
 Wheels are checked at every sample (`wheel_check`); while they contradict the accelerometer they
 are ignored, and the navigation begins again from a vertical that has never seen them
-(`vertical`) where it contradicts that, with what it had learnt before. A body that lies still is
+(`vertical`) where it contradicts that, with what it had learnt before. They are ignored as well
+where they led the navigation away from that vertical, or made it learn errors of the sensors that
+no calibration leaves (`learnt`). A body that lies still is
 recognised by gyro and accelerometer (`stillness`), and the vertical is then where the
 accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
@@ -27,44 +29,44 @@ import numpy as np
 
 from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate, is_saturated
 from .base import Filter
+from .inertial.adjusted import adjusted
 from .inertial.aiding import (
-    EXCESS_TIME,
+    FIRST_DISTANCE,
     HOLD,
     Aiding,
     aid,
+    begin_aiding,
     begin_distance,
+    drift_noise,
     drifted_excess,
     estimate_excess,
     observe_rest,
+    reading_variance,
     rolled_distance,
     usable_wheels,
     watched,
     wheel_slopes,
+    with_correction,
+)
+from .inertial.clipping import (
+    GAP,
+    Clipping,
+    begin_clipping,
+    clipped,
+    rate_of_wheels,
+    unseen_turn,
 )
 from .inertial.error_growth import propagated
-from .inertial.error_state import (
-    ACCEL_BIAS,
-    ATTITUDE,
-    BEND,
-    DISTANCE,
-    GYRO_BIAS,
-    GYRO_CROSS,
-    GYRO_GAIN,
-    LEVER_UP,
-    POSITION,
-    STATES,
-    VELOCITY,
-    WHEEL_RADIUS,
-    Array,
-    forget,
-)
+from .inertial.error_state import ATTITUDE, DISTANCE, GYRO_BIAS, STATES, VELOCITY, Array
+from .inertial.gravity import FeltGravity, begin_gravity, weighed
+from .inertial.learnt import LearntBefore, begin_memory, remembered, strangeness
 from .inertial.navigation import (
     InertialReading,
     Navigation,
     Window,
-    decayed,
     empty_window,
     extend,
+    faded,
     gyro_saturated,
     integrate,
     read,
@@ -72,33 +74,33 @@ from .inertial.navigation import (
     share_kept,
 )
 from .inertial.parameters import Coefficients, Parameters, derive
-from .inertial.stillness import Stillness, begin_stillness, is_still, noticed, rest_variance
-from .inertial.strapdown import (
-    Quaternion,
-    Vector,
-    attitude_at,
-    heading_of,
-    product,
-    tilt_ahead,
+from .inertial.restart import (
+    begin_navigation,
+    contradicted,
+    first_covariance,
+    restarted_at_vertical,
 )
+from .inertial.stillness import Stillness, begin_stillness, is_still, noticed, rest_variance
+from .inertial.strapdown import attitude_at, heading_of, tilt_ahead
 from .inertial.vertical import (
     Vertical,
     agreed,
     at_rest,
     begin_vertical,
+    contradicts_rest,
     followed,
-    levelled,
-    levelling,
     off_level,
+    swayed_variance,
     unseen_variance,
-    variance_of,
     with_axes_turned,
 )
 from .inertial.wheel_check import (
+    PROVEN,
     WheelCheck,
     begin_check,
     believed,
     checked,
+    condemned,
     proven,
     restarted,
     trustworthy,
@@ -109,98 +111,28 @@ PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
 FIRST_TILT = 0.3
 """Standard deviation of a first tilt that says nothing of its own [rad]."""
-LOST = 4.0
-"""A variance of the attitude that says no more than the next accelerometer reading [rad^2]."""
 UNKNOWN_TILT = 2.0
 """The same where the first specific force is not gravity's [rad]."""
 IMPLAUSIBLE = 0.4
 """Share of gravity by which a first specific force may differ from it."""
-FIRST_VELOCITY = 0.3
-"""Standard deviation of the first velocity [m/s]."""
-
-
-UNSEEN_RATE = 10.0
-"""Standard deviation of a rate beyond the gyro's range [rad/s]."""
-GAP = 0.03
-"""A longer time between two samples hides a motion [s]."""
-UNSEEN_TURNING = 20.0
-"""Variance of the turn hidden in a gap, per cube of its length [rad^2/s^3]."""
+YAW_SHARE = 0.05
+"""Relative standard deviation of a yaw rate that the wheels show."""
 UNSEEN_ACCELERATION = 3.0
 """Standard deviation of the acceleration hidden in a gap [m/s^2]."""
 LOST_TURN = 0.05
 """With a larger variance after a gap the attitude begins again from the vertical [rad^2]."""
 UNSEEN_WITH_WHEELS = 0.3
-"""Share of the variance of unseen turns that remains where wheels correct them."""
-BELIEVED = 0.5
-"""Share of its attitude's variance that the navigation is granted at rest."""
-AT_REST_OFF = 0.03
-"""So far the navigation may be off the vertical at rest, whatever its variance [rad]."""
-MOVING_OFF = 0.05
-"""The same in motion [rad]."""
-FAST_VELOCITY = 1.0
-"""Standard deviation of the velocity after a gap [m/s]."""
-MEMORY_PERIOD = 3.0
-"""Time between two memories of what was learnt of the sensors [s]."""
-
-
-class Learnt(NamedTuple):
-    """What the navigation had learnt of its sensors at some time."""
-
-    gyro_bias: Vector
-    gyro_gain: Vector
-    accel_bias: Vector
-    lever_up: float
-    wheel_radius: float
-    gyro_cross: float
-    bend: tuple[float, float]
-
-
-class LearntBefore(NamedTuple):
-    """What it had learnt before the present doubts about its wheels could have begun."""
-
-    older: Learnt
-    newer: Learnt
-    age: float
-    """Of the newer one [s]."""
-
-
-def _learnt(nav: Navigation) -> Learnt:
-    return Learnt(
-        nav.gyro_bias,
-        nav.gyro_gain,
-        nav.accel_bias,
-        nav.lever_up,
-        nav.wheel_radius,
-        nav.gyro_cross,
-        nav.bend,
-    )
-
-
-def remembered(memory: LearntBefore, nav: Navigation, sound: bool, time: float) -> LearntBefore:
-    """Return the memory some time later; it stands still while wheels are in doubt."""
-    if not sound:
-        return LearntBefore(memory.older, memory.newer, 0.0)
-    if memory.age + time < MEMORY_PERIOD:
-        return LearntBefore(memory.older, memory.newer, memory.age + time)
-    return LearntBefore(memory.newer, _learnt(nav), 0.0)
-
-
-def recalled(nav: Navigation, learnt: Learnt) -> Navigation:
-    """Return a navigation that knows of its sensors what was learnt before."""
-    return Navigation(
-        nav.attitude,
-        nav.velocity,
-        nav.position,
-        nav.distance,
-        learnt.gyro_bias,
-        learnt.gyro_gain,
-        learnt.accel_bias,
-        nav.excess,
-        learnt.lever_up,
-        learnt.wheel_radius,
-        learnt.gyro_cross,
-        learnt.bend,
-    )
+"""Share of the variance of unseen turns that remains where wheels correct them that have never been
+found wrong."""
+REST_DOUBT = 4.0
+"""Variance at rest per square of the distance from the vertical."""
+SEEN = 1.0
+"""A vertical that stands for so long has seen all turns, so that it speaks against the wheels that
+led the navigation away from it [s]."""
+SOUND = 0.5
+"""What was learnt is kept for later only while it is less strange than this."""
+JUMP = 0.05
+"""After a larger repair of the attitude the velocities of the wheels' check begin afresh [rad]."""
 
 
 class State(NamedTuple):
@@ -218,8 +150,10 @@ class State(NamedTuple):
     stillness: Stillness
     check: WheelCheck
     memory: LearntBefore
+    clipping: Clipping
+    gravity: FeltGravity
     covariance: Array
-    """Of the error vector of `error_state`, (25, 25)."""
+    """Of the error vector of `error_state`, (26, 26)."""
 
 
 def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
@@ -228,7 +162,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     bias = (0.0, estimate.gyro_bias, 0.0)
     rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
-    nav = _begin_navigation(attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel), bias)
+    nav = begin_navigation(attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel), bias)
     variance = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
         variance = estimate.tilt_variance
@@ -236,268 +170,191 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         variance = UNKNOWN_TILT * UNKNOWN_TILT
     now = read(nav, rate, sample)
     return State(
-        estimate.tilt,
-        estimate.rate,
-        estimate.gyro_bias,
-        variance,
-        nav,
-        now,
-        empty_window(),
-        _begin_aiding(sample),
-        begin_vertical(now.force, bias, variance),
-        begin_stillness(sample),
-        begin_check(),
-        LearntBefore(_learnt(nav), _learnt(nav), 0.0),
-        _first_covariance(variance, c),
+        tilt=estimate.tilt,
+        rate=estimate.rate,
+        gyro_bias=estimate.gyro_bias,
+        tilt_variance=variance,
+        navigation=nav,
+        last=now,
+        window=empty_window(),
+        aiding=begin_aiding(sample),
+        vertical=begin_vertical(now.force, bias, variance),
+        stillness=begin_stillness(sample),
+        check=begin_check(),
+        memory=begin_memory(nav),
+        clipping=begin_clipping(sample),
+        gravity=begin_gravity(),
+        covariance=first_covariance(variance, c),
     )
-
-
-def _begin_aiding(sample: CorrectedSample) -> Aiding:
-    return Aiding(HOLD, 0.0, 0.0, 0.0, 0.0, 1.0, sample.wheel_angle, 0.0)
-
-
-def _begin_navigation(attitude: Quaternion, bias: Vector) -> Navigation:
-    """Return a navigation at rest without known errors but the gyro's bias."""
-    zeros = (0.0, 0.0, 0.0)
-    return Navigation(
-        attitude, zeros, zeros, 0.0, bias, zeros, zeros, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0)
-    )
-
-
-def _first_covariance(tilt: float, c: Coefficients) -> Array:
-    p = np.zeros((STATES, STATES))
-    for i in range(3):
-        p[VELOCITY + i, VELOCITY + i] = FIRST_VELOCITY * FIRST_VELOCITY
-        p[POSITION + i, POSITION + i] = c.geometry.room * c.geometry.room
-        p[GYRO_BIAS + i, GYRO_BIAS + i] = c.gyro_bias * c.gyro_bias
-        p[GYRO_GAIN + i, GYRO_GAIN + i] = c.gyro_gain * c.gyro_gain
-        p[ACCEL_BIAS + i, ACCEL_BIAS + i] = c.accel_bias * c.accel_bias
-    p[LEVER_UP, LEVER_UP] = c.lever_arm * c.lever_arm
-    p[WHEEL_RADIUS, WHEEL_RADIUS] = c.wheel_radius * c.wheel_radius
-    p[GYRO_CROSS, GYRO_CROSS] = c.gyro_cross * c.gyro_cross
-    p[BEND, BEND] = p[BEND + 1, BEND + 1] = c.accel_residual * c.accel_residual
-    p[ATTITUDE, ATTITUDE] = p[ATTITUDE + 1, ATTITUDE + 1] = tilt
-    return p
 
 
 def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Integrate one sample; at the end of a window compare and repair."""
-    last, was_saturated = state.last, state.aiding.saturated > 0.0
-    nav, now = integrate(state.navigation, last, sample, c.geometry.lever, c.room_time)
-    window = extend(state.window, last, now, sample)
-    aiding = watched(state.aiding, sample)
+    gravity = weighed(state.gravity, sample, state.last.body)
+    sample = _adjusted(state, gravity, sample, c)
+    geometry, last = c.geometry, state.last
+    nav, now = integrate(state.navigation, last, sample, geometry.lever, c.room_time)
     stillness = noticed(state.stillness, sample)
-    unseen = _unseen_turn(sample)
+    clipping = clipped(state.clipping, last.gyro[1], sample)
+    unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen)
-    still = is_still(stillness, vertical.bias)
+    still, off = is_still(stillness, vertical.bias), rest_variance(stillness)
+    if still and contradicts_rest(vertical, now.body, stillness.accel, off, stillness.time):
+        still = False
     if still:
-        vertical = at_rest(
-            vertical,
-            now.body,
-            stillness.accel,
-            stillness.gyro,
-            rest_variance(stillness),
-            sample.dt,
-        )
+        vertical = at_rest(vertical, now.body, stillness.accel, stillness.gyro, off, sample.dt)
     elif proven(state.check):
         vertical = agreed(vertical, sample.dt)
-    check = checked(
-        state.check,
-        sample,
-        now.body,
-        now.rate,
-        (0.0, 0.0, 1.0),
-        state.tilt_variance,
-        c.geometry.lever,
-        c.geometry.wheel_radius,
-        c.geometry.on_body,
-        still,
-        unseen > 0.0 or is_saturated(sample),
+    blinded = unseen > 0.0 or is_saturated(sample)
+    variance, left = _navigation_variance(state), nav.lever_left
+    moved = State(
+        tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
+        rate=now.rate[1],
+        gyro_bias=nav.gyro_bias[1],
+        tilt_variance=state.tilt_variance,
+        navigation=nav,
+        last=now,
+        window=extend(state.window, last, now, sample),
+        aiding=watched(state.aiding, sample),
+        vertical=vertical,
+        stillness=stillness,
+        check=checked(state.check, sample, now, variance, left, geometry, still, blinded),
+        memory=state.memory,
+        clipping=clipping,
+        gravity=gravity,
+        covariance=state.covariance,
     )
-    if window.time < PERIOD and was_saturated == gyro_saturated(sample):
-        return State(
-            tilt_ahead(now.body, now.rate, c.gyro_delay),
-            now.rate[1],
-            nav.gyro_bias[1],
-            state.tilt_variance,
-            nav,
-            now,
-            window,
-            aiding,
-            vertical,
-            stillness,
-            check,
-            state.memory,
-            state.covariance,
-        )
-    return _compare(
-        state.covariance,
-        nav,
-        now,
-        window,
-        aiding,
-        vertical,
-        stillness,
-        check,
-        state.memory,
-        sample,
-        c,
-    )
+    was_saturated = state.aiding.saturated > 0.0
+    if moved.window.time < PERIOD and was_saturated == gyro_saturated(sample):
+        return moved
+    return _compared(moved, unseen, still, sample, c)
 
 
-def _unseen_turn(sample: CorrectedSample) -> float:
-    """Return the variance of what the gyro could not see of the last turn [rad^2]."""
-    variance = 0.0
-    if gyro_saturated(sample):
-        variance += UNSEEN_RATE * UNSEEN_RATE * sample.dt * max(sample.dt, EXCESS_TIME)
-    if sample.dt > GAP:
-        silent = sample.dt - GAP
-        variance += UNSEEN_TURNING * silent * silent * silent
-    return variance
+def _navigation_variance(state: State) -> float:
+    """Return the variance of the tilt that the wheels are checked with [rad^2]."""
+    own = tilt_variance(state.covariance, heading_of(state.last.body))
+    unseen = UNSEEN_WITH_WHEELS * unseen_variance(state.vertical)
+    return max(state.aiding.surprise, 1.0) * own + unseen
 
 
-def _compare(
-    covariance: Array,
-    nav: Navigation,
-    now: InertialReading,
-    window: Window,
-    aiding: Aiding,
-    vertical: Vertical,
-    stillness: Stillness,
-    check: WheelCheck,
-    memory: LearntBefore,
-    sample: CorrectedSample,
-    c: Coefficients,
+def _adjusted(
+    state: State, gravity: FeltGravity, sample: CorrectedSample, c: Coefficients
+) -> CorrectedSample:
+    """Return the sample with the wheels' yaw rate for a clipped one, and without wheels scaled."""
+    rate, variance, clip = sample.gyro_z, sample.gyro_variance_z, sample.gyro_saturated_z
+    per_difference, factor = c.geometry.yaw_per_difference, 1.0
+    if clip > 0.0 and per_difference > 0.0 and believed(state.check):
+        rate = rate_of_wheels(state.clipping, sample, state.last.body, per_difference)
+        if rate != sample.gyro_z:
+            deviation = YAW_SHARE * rate
+            variance, clip = deviation * deviation, 0.0
+    if sample.wheel_count == 0.0 or state.check.ignored > 0.0:
+        factor = 1.0 / gravity.gain
+    if factor == 1.0 and clip == sample.gyro_saturated_z:
+        return sample
+    return adjusted(sample, rate, variance, clip, factor)
+
+
+def _compared(
+    moved: State, unseen: float, still: bool, sample: CorrectedSample, c: Coefficients
 ) -> State:
-    """Bring the covariance up to date, compare with the wheels, repair the navigation."""
-    p = propagated(covariance, nav, now, window, c)
+    """Bring the covariance up to date, compare with all that is known, repair the navigation.
+
+    Args:
+        moved: the state whose window ends.
+        unseen: variance of what the gyro did not see of the last turn [rad^2].
+        still: whether the body lies still.
+        sample: the last one.
+        c: coefficients.
+    """
+    nav, now, time, check = moved.navigation, moved.last, moved.window.time, moved.check
+    p = _propagated(moved, unseen, sample, c)
+    error = np.zeros(STATES)
+    wheels = usable_wheels(moved.aiding, sample) if believed(check) else 0.0
+    aiding = _aided(p, error, moved, wheels, still, sample, c)
+    fixed = repaired(nav, error)
+    excess = drifted_excess(p, fixed.excess, time, sample)
+    fixed = faded(fixed, share_kept(time, c.accel_bias_time), excess)
+    vertical = with_axes_turned(moved.vertical, (error[0], error[1], error[2]))
+    if error[0] * error[0] + error[1] * error[1] > JUMP * JUMP:
+        check = restarted(check)
+    strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
+    if wheels > 0.0 and (strange > 1.0 or (off and vertical.age >= SEEN and not still)):
+        check = condemned(check)
+    astray = check.ignored > 0.0 and check.since <= time
+    lost = sample.dt > GAP and unseen > LOST_TURN
+    if astray or lost or off:
+        afresh = restarted_at_vertical(fixed, vertical, p, moved.memory, lost, off, c)
+        fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
+        aiding, check = begin_aiding(sample), restarted(check)
+    sound = (wheels == 0.0 or trustworthy(check)) and check.doubted == 0.0 and strange < SOUND
+    now = read(fixed, now.rate, sample)
+    sure = check.total == 0.0 and (aiding.calm >= HOLD or check.proven > PROVEN)
+    helped = wheels > 0.0 and sure
+    doubt = (UNSEEN_WITH_WHEELS if helped else 1.0) * unseen_variance(vertical)
+    if wheels == 0.0:
+        doubt += swayed_variance(vertical)
+    elif not sure:
+        doubt += off_level(vertical)
+    if still:
+        doubt += REST_DOUBT * off_level(vertical)
+    own = max(aiding.surprise, 1.0) * tilt_variance(p, heading_of(now.body))
+    return State(
+        tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
+        rate=now.rate[1],
+        gyro_bias=fixed.gyro_bias[1],
+        tilt_variance=own + doubt + c.mounting_variance,
+        navigation=fixed,
+        last=now,
+        window=empty_window(),
+        aiding=aiding,
+        vertical=vertical,
+        stillness=moved.stillness,
+        check=check,
+        memory=remembered(moved.memory, fixed, sound, time),
+        clipping=moved.clipping,
+        gravity=moved.gravity,
+        covariance=p,
+    )
+
+
+def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coefficients) -> Array:
+    """Return the covariance at the end of the window."""
+    p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, c)
+    p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(moved.aiding, moved.window.time)
     if sample.dt > GAP:
         silent = sample.dt - GAP
         for i in range(2):
-            p[ATTITUDE + i, ATTITUDE + i] += UNSEEN_TURNING * silent * silent * silent
+            p[ATTITUDE + i, ATTITUDE + i] += unseen
         for i in range(3):
             p[VELOCITY + i, VELOCITY + i] += (UNSEEN_ACCELERATION * silent) ** 2
         p[DISTANCE, DISTANCE] += (UNSEEN_ACCELERATION * silent * silent) ** 2
-    error = np.zeros(STATES)
-    wheels = usable_wheels(aiding, sample) if believed(check) else 0.0
+    return p
+
+
+def _aided(
+    p: Array,
+    error: Array,
+    moved: State,
+    wheels: float,
+    still: bool,
+    sample: CorrectedSample,
+    c: Coefficients,
+) -> Aiding:
+    """Compare with wheels, room and rest; `p` and `error` are changed in place."""
+    nav, now, time, geometry = moved.navigation, moved.last, moved.window.time, c.geometry
+    aiding, step_size = moved.aiding, moved.check.steps.size
     if wheels > 0.0 and wheels != aiding.wheels:
-        error[DISTANCE] = rolled_distance(nav, now, sample, c.geometry) - nav.distance
-        begin_distance(p, wheel_slopes(nav, now, c.geometry))
+        error[DISTANCE] = rolled_distance(nav, now, sample, geometry) - nav.distance
+        first = max(reading_variance(geometry, step_size, time), FIRST_DISTANCE * FIRST_DISTANCE)
+        begin_distance(p, wheel_slopes(nav, now, geometry), first)
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    compared = aid(
-        p, error, nav, now, sample, wheels, aiding, c.geometry, window.time, check.steps.size
-    )
-    still = is_still(stillness, vertical.bias)
+    compared = aid(p, error, nav, now, sample, wheels, aiding, geometry, time, step_size)
     if still:
-        observe_rest(p, error, vertical.up, window.time)
-    fixed = repaired(nav, error)
-    keep = share_kept(window.time, c.accel_bias_time)
-    fixed = Navigation(
-        fixed.attitude,
-        fixed.velocity,
-        fixed.position,
-        fixed.distance,
-        fixed.gyro_bias,
-        fixed.gyro_gain,
-        decayed(fixed.accel_bias, keep),
-        drifted_excess(p, fixed.excess, window.time, sample),
-        fixed.lever_up,
-        fixed.wheel_radius,
-        fixed.gyro_cross,
-        fixed.bend,
-    )
-    vertical = with_axes_turned(vertical, (error[0], error[1], error[2]))
-    astray = check.ignored > 0.0 and check.since <= window.time
-    lost = sample.dt > GAP and _unseen_turn(sample) > LOST_TURN
-    off = contradicted(vertical, p, still)
-    if astray or lost or off:
-        levels = lost or off or off_level(vertical) > 6.0 * variance_of(vertical)
-        variance = variance_of(vertical)
-        attitude = fixed.attitude
-        if levels:
-            level = levelling(vertical)
-            attitude = product(level, attitude)
-            vertical = levelled(vertical, level)
-        else:
-            variance = max(min(variance, off_level(vertical)), p[0, 0], p[1, 1])
-        if lost:
-            fixed = _moved_afresh(fixed, attitude)
-            begin_motion(p, variance, c.geometry.room)
-        else:
-            fixed = _begin_navigation(attitude, vertical.bias)
-            p = _first_covariance(variance, c)
-            if astray:
-                fixed = recalled(fixed, memory.older)
-        compared = _begin_aiding(sample)
-        check = restarted(check)
-    sound = wheels == 0.0 or trustworthy(check)
-    memory = remembered(memory, fixed, sound and check.doubted == 0.0, window.time)
-    now = read(fixed, now.rate, sample)
-    doubt = (UNSEEN_WITH_WHEELS if wheels > 0.0 else 1.0) * unseen_variance(vertical)
-    return State(
-        tilt_ahead(now.body, now.rate, c.gyro_delay),
-        now.rate[1],
-        fixed.gyro_bias[1],
-        max(compared.surprise, 1.0) * tilt_variance(p, heading_of(now.body))
-        + doubt
-        + c.mounting_variance,
-        fixed,
-        now,
-        empty_window(),
-        compared,
-        vertical,
-        stillness,
-        check,
-        memory,
-        p,
-    )
-
-
-def contradicted(vertical: Vertical, p: Array, still: bool) -> bool:
-    """Whether the navigation is to begin again from the vertical.
-
-    Args:
-        vertical: as gyro and accelerometer have it.
-        p: the navigation's covariance.
-        still: whether the body lies still.
-    """
-    square, variance = off_level(vertical), variance_of(vertical)
-    tilts = float(p[0, 0] + p[1, 1])
-    if not tilts < LOST:
-        return True
-    if still:
-        return square > 9.0 * (variance + BELIEVED * tilts) + AT_REST_OFF * AT_REST_OFF
-    return square > 16.0 * (variance + tilts) + MOVING_OFF * MOVING_OFF
-
-
-def _moved_afresh(nav: Navigation, attitude: Quaternion) -> Navigation:
-    """Return a navigation of which only the sensors' errors are known."""
-    zeros = (0.0, 0.0, 0.0)
-    return Navigation(
-        attitude,
-        zeros,
-        zeros,
-        0.0,
-        nav.gyro_bias,
-        nav.gyro_gain,
-        nav.accel_bias,
-        0.0,
-        nav.lever_up,
-        nav.wheel_radius,
-        nav.gyro_cross,
-        nav.bend,
-    )
-
-
-def begin_motion(p: Array, tilt: float, room: float) -> None:
-    """Make attitude, velocity, position and distance independent of all else, in place."""
-    for i in range(GYRO_BIAS):
-        forget(p, i, 0.0)
-    p[ATTITUDE, ATTITUDE] = p[ATTITUDE + 1, ATTITUDE + 1] = tilt
-    for i in range(3):
-        p[VELOCITY + i, VELOCITY + i] = FAST_VELOCITY * FAST_VELOCITY
-        p[POSITION + i, POSITION + i] = room * room
+        off, lasted = rest_variance(moved.stillness), moved.stillness.time
+        observe_rest(p, error, moved.vertical.up, off, lasted, time)
+    return with_correction(compared, error[GYRO_BIAS + 1], time)
 
 
 def tilt_variance(p: Array, heading: tuple[float, float]) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..filters.inertial.aiding import (
     EXCESS_TIME,
+    FIRST_DISTANCE,
     ROOM_PERIOD,
     Aiding,
     begin_distance,
@@ -51,8 +52,9 @@ from ..filters.inertial.navigation import (
     share_kept,
 )
 from ..filters.inertial.parameters import Coefficients
+from ..filters.inertial.restart import LOST
 from ..filters.inertial.strapdown import Quaternion
-from ..filters.ins_odometer import LOST, PERIOD, State, reset
+from ..filters.ins_odometer import PERIOD, State, reset
 from ..samples import CorrectedSample, TiltEstimate
 
 
@@ -165,6 +167,7 @@ def _compared(
             1.0,
             aiding.angle,
             aiding.turned,
+            aiding.drifting,
         ),
         p,
         math.exp(-window.time / EXCESS_TIME) if saturated else 0.0,
@@ -202,7 +205,7 @@ def _opened(
     residual = rolled_distance(nav, now, sample, geometry) - nav.distance
     if sample.wheel_count != aiding.wheels:
         h = wheel_slopes(nav, now, geometry)
-        begin_distance(p, h)
+        begin_distance(p, h, FIRST_DISTANCE * FIRST_DISTANCE)
         f[DISTANCE, :] = 0.0
         for i, slope in zip(h.at, h.by):  # noqa: B905 (numba does not support strict)
             if i != DISTANCE:

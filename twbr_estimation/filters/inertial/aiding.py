@@ -25,10 +25,11 @@ from .error_state import (
     scatter_of,
 )
 from .navigation import InertialReading, Navigation, gyro_saturated
+from .stillness import STILL_AFTER
 from .strapdown import Vector, cross, heading_of, rotated, tilt_of
 
 HOLD = 1.0
-"""Biases and gains are left alone for this long after a saturation [s]."""
+"""Biases and gains are left alone for this long after a saturation and after the start [s]."""
 SLIP_GATE = 3.0
 """A wheel reading this many standard deviations off is a slip."""
 LONGEST_SLIP = 0.3
@@ -53,8 +54,21 @@ EXCESS_END = 0.3
 """How well it is known to be zero at the end, and never below zero [rad/s]."""
 
 
-REST_DENSITY = 0.05
-"""Spectral density of the vertical's error at rest [rad^2 s]."""
+STEPPED = 0.08
+"""Time over which the error of a coarse encoder's reading stays alike [s]."""
+REST_BIAS, REST_TOLD = 0.004, 5.0
+"""Standard deviation of the vertical at rest from the accelerometer's own errors [rad]; after the
+second time [s] it falls as the rest lasts, since what else could move the vertical is no better."""
+FAR_OFF = 4.0
+"""Where the attitude's variance is so many times that of the direction at rest, it goes there."""
+LONGEST_REST = 2.0
+"""Longer rest says no more [s]."""
+
+
+DRIFT_TIME = 3.0
+"""Time over which corrections of the gyro's bias are averaged [s]."""
+USUAL_DRIFT = 3e-4
+"""A mean rate of correction that says nothing [rad/s^2]."""
 
 
 class Geometry(NamedTuple):
@@ -73,13 +87,15 @@ class Geometry(NamedTuple):
     """Standard deviation of a velocity [m/s]."""
     room_share: float
     """Share of a correction that the gyro's gains take where only the room corrects."""
+    yaw_per_difference: float
+    """Turn about the vertical per difference of two wheels' angles; 0 where it is unknown."""
 
 
 class Aiding(NamedTuple):
     """What the comparisons remember."""
 
     calm: float
-    """Time since the last saturation [s]."""
+    """Time since the last saturation, or since the navigation began [s]."""
     unchecked: float
     """Time since the last comparison with the room [s]."""
     saturated: float
@@ -94,6 +110,23 @@ class Aiding(NamedTuple):
     """Wheel angle one sample ago [rad]."""
     turned: float
     """How far the body turned since that angle changed [rad]."""
+    drifting: float
+    """Mean rate at which the bias of the tilt's gyro was corrected of late [rad/s^2]."""
+
+
+def begin_aiding(sample: CorrectedSample) -> Aiding:
+    """Begin with wheels that have not been used yet."""
+    return Aiding(
+        calm=0.0,
+        unchecked=0.0,
+        saturated=0.0,
+        wheels=0.0,
+        slipping=0.0,
+        surprise=1.0,
+        angle=sample.wheel_angle,
+        turned=0.0,
+        drifting=0.0,
+    )
 
 
 def usable_wheels(aiding: Aiding, sample: CorrectedSample) -> float:
@@ -127,7 +160,7 @@ def aid(
     may_slip = aiding.slipping < LONGEST_SLIP
     slow = 1.0 if aiding.calm >= HOLD and may_slip else 0.0
     if wheels > 0.0:
-        square = _wheel(p, error, nav, now, sample, slow, geometry, may_slip, step)
+        square = _wheel(p, error, nav, now, sample, slow, geometry, may_slip, step, time)
         if square > SLIP_GATE * SLIP_GATE:
             slipping = aiding.slipping + time
             if may_slip:
@@ -142,21 +175,44 @@ def aid(
     share = min(time / SURPRISE_TIME, 1.0)
     surprise = aiding.surprise + share * (square - aiding.surprise)
     return Aiding(
-        aiding.calm,
-        unchecked,
-        saturated,
-        wheels,
-        slipping,
-        surprise,
-        aiding.angle,
-        aiding.turned,
+        calm=aiding.calm,
+        unchecked=unchecked,
+        saturated=saturated,
+        wheels=wheels,
+        slipping=slipping,
+        surprise=surprise,
+        angle=aiding.angle,
+        turned=aiding.turned,
+        drifting=aiding.drifting,
+    )
+
+
+def drift_noise(aiding: Aiding, time: float) -> float:
+    """Return the variance that a bias which keeps being corrected one way gains [(rad/s)^2]."""
+    beyond = aiding.drifting * aiding.drifting - USUAL_DRIFT * USUAL_DRIFT
+    return 2.0 * DRIFT_TIME * time * max(beyond, 0.0)
+
+
+def with_correction(aiding: Aiding, correction: float, time: float) -> Aiding:
+    """Return the memory after the gyro's bias was corrected, `time` [s] after the last time."""
+    share = min(time / DRIFT_TIME, 1.0)
+    return Aiding(
+        calm=aiding.calm,
+        unchecked=aiding.unchecked,
+        saturated=aiding.saturated,
+        wheels=aiding.wheels,
+        slipping=aiding.slipping,
+        surprise=aiding.surprise,
+        angle=aiding.angle,
+        turned=aiding.turned,
+        drifting=aiding.drifting + share * (correction / time - aiding.drifting),
     )
 
 
 def lever_of(nav: Navigation, geometry: Geometry) -> Vector:
     """Return the lever arm as estimated [m]."""
     lever = geometry.lever
-    return lever[0], lever[1], lever[2] + nav.lever_up
+    return lever[0], lever[1] + nav.lever_left, lever[2] + nav.lever_up
 
 
 def rolled_distance(
@@ -180,6 +236,7 @@ def _wheel(
     geometry: Geometry,
     may_slip: bool,
     step: float,
+    time: float,
 ) -> float:
     """Compare the distance moved with the distance rolled; a slip opens the distance.
 
@@ -188,13 +245,26 @@ def _wheel(
     """
     h = wheel_slopes(nav, now, geometry)
     residual = rolled_distance(nav, now, sample, geometry) - nav.distance
-    rough = 0.5 * geometry.wheel_radius * step
-    variance = geometry.wheel_noise * geometry.wheel_noise + rough * rough
+    variance = reading_variance(geometry, step, time)
     square = residual * residual / (scatter_of(p, h) + variance)
     if may_slip:
         p[DISTANCE, DISTANCE] += beyond_gate(p, h, residual, variance)
     observe(p, error, h, residual, variance, slow, 1.0)
     return square
+
+
+def reading_variance(geometry: Geometry, step: float, time: float) -> float:
+    """Return the variance of a wheel reading, `time` [s] after the last [m^2].
+
+    Args:
+        geometry: of the robot.
+        step: in which the encoder counts [rad]; the error of a coarse one stays while it stands.
+        time: since the last comparison [s].
+    """
+    known = geometry.wheel_noise * geometry.wheel_noise
+    rough = 0.5 * geometry.wheel_radius * step
+    coarse = max(rough * rough - known, 0.0)
+    return known + rough * rough + coarse * max(STEPPED / time - 1.0, 0.0)
 
 
 def wheel_slopes(nav: Navigation, now: InertialReading, geometry: Geometry) -> Slopes:
@@ -214,12 +284,13 @@ def beyond_gate(p: Array, h: Slopes, residual: float, variance: float) -> float:
     return max(residual * residual - SLIP_GATE * SLIP_GATE * expected, 0.0)
 
 
-def begin_distance(p: Array, h: Slopes) -> None:
+def begin_distance(p: Array, h: Slopes, variance: float) -> None:
     """Let the distance begin where the wheels tell; errors of what they were compared with stay.
 
     Args:
         p: covariance, changed in place.
         h: `wheel_slopes`.
+        variance: of the reading it begins with [m^2].
     """
     i, j, _, l = h.at
     a, b, _, d = h.by
@@ -229,7 +300,7 @@ def begin_distance(p: Array, h: Slopes) -> None:
     scatter = -(a * p[DISTANCE, i] + b * p[DISTANCE, j] + d * p[DISTANCE, l])
     for n in range(STATES):
         p[n, DISTANCE] = p[DISTANCE, n]
-    p[DISTANCE, DISTANCE] = scatter + FIRST_DISTANCE * FIRST_DISTANCE
+    p[DISTANCE, DISTANCE] = scatter + variance
 
 
 def observe_side(
@@ -272,19 +343,31 @@ def observe_room(
             observe(p, error, moving, -nav.velocity[axis - VELOCITY], variance, slow, gains)
 
 
-def observe_rest(p: Array, error: Array, up: Vector, time: float) -> None:
+def observe_rest(
+    p: Array, error: Array, up: Vector, off: float, lasted: float, time: float
+) -> None:
     """A body that lies still is as level as the accelerometer has it, and does not move.
 
     Args:
         p: covariance, changed in place.
         error: estimated error, changed in place.
         up: the vertical in the navigation's level axes.
-        time: since this was said last [s].
+        off: variance of that direction, an error that stays alike [rad^2].
+        lasted: for how long the body lies still [s].
+        time: since this was compared last [s].
     """
-    variance = REST_DENSITY / time
-    for axis, residual in ((ATTITUDE, up[1]), (ATTITUDE + 1, -up[0])):
+    alike = min(lasted, LONGEST_REST) / time if lasted - time > STILL_AFTER else 1.0
+    bias = REST_BIAS * min(REST_TOLD / lasted, 1.0)
+    variance = (off + bias * bias) * max(alike, 1.0)
+    across = math.sqrt(up[0] * up[0] + up[1] * up[1])
+    turn = math.atan2(across, up[2]) / across if across > 1e-6 else 1.0
+    for axis, residual in ((ATTITUDE, turn * up[1]), (ATTITUDE + 1, -turn * up[0])):
         h = Slopes((axis, axis, axis, axis), (1.0, 0.0, 0.0, 0.0))
-        observe(p, error, h, residual, variance, 0.0, 0.0)
+        open_to = p[axis, axis] > FAR_OFF * variance
+        share = FAR_OFF * variance / p[axis, axis] if open_to else 1.0
+        observe(p, error, h, residual, share * share * variance, 0.0, 0.0)
+        if open_to:
+            p[axis, axis] += variance
 
 
 def _displaced(x: float, y: float, z: float) -> Slopes:
@@ -320,12 +403,13 @@ def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
     if sample.wheel_angle != aiding.angle:
         turned = 0.0
     return Aiding(
-        calm,
-        aiding.unchecked + sample.dt,
-        aiding.saturated,
-        aiding.wheels,
-        aiding.slipping,
-        aiding.surprise,
-        sample.wheel_angle,
-        turned,
+        calm=calm,
+        unchecked=aiding.unchecked + sample.dt,
+        saturated=aiding.saturated,
+        wheels=aiding.wheels,
+        slipping=aiding.slipping,
+        surprise=aiding.surprise,
+        angle=sample.wheel_angle,
+        turned=turned,
+        drifting=aiding.drifting,
     )

@@ -1,10 +1,10 @@
 """The covariance of an inertial navigation error, and what a measurement does to it.
 
-The error vector has 25 entries: attitude (3, level axes), velocity (3), position (3),
+The error vector has 26 entries: attitude (3, level axes), velocity (3), position (3),
 distance rolled (1), gyro bias (3), gyro gain (3), accelerometer bias (3), the rate beyond
 the gyro's range (1), the lever arm's height (1), the wheel radius (1), the yaw rate that the
-gyro feels as roll (1) and the bend of the forward accelerometer (2). Functions change the
-arrays they are given.
+gyro feels as roll (1), the bend of the forward accelerometer (2) and the lever arm's place to
+the left (1). Functions change the arrays they are given.
 
 Array operations are spelled twice: in few calls for the interpreter, and in loops for the
 compiler, which would allocate every intermediate. Both do the same operations on each element
@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 from ..base import compiled_as
 
-STATES = 25
+STATES = 26
 """Length of the error vector."""
 ATTITUDE, VELOCITY, POSITION, DISTANCE = 0, 3, 6, 9
 GYRO_BIAS, GYRO_GAIN, ACCEL_BIAS, EXCESS = 10, 13, 16, 19
-LEVER_UP, WHEEL_RADIUS, GYRO_CROSS, BEND = 20, 21, 22, 23
+LEVER_UP, WHEEL_RADIUS, GYRO_CROSS, BEND, LEVER_LEFT = 20, 21, 22, 23, 25
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def _sources() -> NDArray[np.int64]:
     rows[ATTITUDE : ATTITUDE + 3] = [*range(GYRO_BIAS, GYRO_BIAS + 6), EXCESS, GYRO_CROSS]
     rows[VELOCITY : VELOCITY + 3] = [*attitude, *accel, BEND, BEND + 1]
     rows[POSITION : POSITION + 3, :2] = [[POSITION + i, VELOCITY + i] for i in range(3)]
-    rows[DISTANCE, :4] = VELOCITY, VELOCITY + 1, ATTITUDE + 2, WHEEL_RADIUS
+    rows[DISTANCE, :5] = VELOCITY, VELOCITY + 1, ATTITUDE + 2, WHEEL_RADIUS, LEVER_LEFT
     return np.ascontiguousarray(rows.T)
 
 
@@ -82,7 +82,7 @@ def advanced(p: Array, weights: Array) -> Array:
     """Return the covariance one window later, (I + F) P (I + F)'.
 
     Args:
-        p: covariance, (25, 25), symmetric.
+        p: covariance, (26, 26), symmetric.
         weights: the entries of F that `SOURCES` names, (8, 10).
     """
     moved = weights.repeat(STATES).reshape(_TERMS, MOVING, STATES)
@@ -147,8 +147,8 @@ def observe(
     gain smaller than the optimal one is the partial-update Schmidt-Kalman filter (Brink 2017).
 
     Args:
-        p: covariance, (25, 25).
-        error: estimated error so far, (25,).
+        p: covariance, (26, 26).
+        error: estimated error so far, (26,).
         h: the measurement's slopes.
         residual: measured minus predicted before any correction.
         variance: of the measurement.

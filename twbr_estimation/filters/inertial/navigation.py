@@ -20,6 +20,7 @@ from .error_state import (
     GYRO_BIAS,
     GYRO_CROSS,
     GYRO_GAIN,
+    LEVER_LEFT,
     LEVER_UP,
     POSITION,
     VELOCITY,
@@ -77,6 +78,8 @@ class Navigation(NamedTuple):
     bend: tuple[float, float]
     """What the forward accelerometer reads too much at -`BEND_AT` and below, and at `BEND_AT`
     and above; in proportion in between [m/s^2]."""
+    lever_left: float
+    """What to add to the place of the lever arm to the left [m]."""
 
 
 class InertialReading(NamedTuple):
@@ -181,7 +184,7 @@ def integrate(
     step_z = dt * (v[2] + 0.5 * gain_z)
     m, kept = now.body, 1.0 - min(dt / room_time, 1.0)
     forward, left = heading_of(m)
-    arm = rotated(m, lever)
+    arm = rotated(m, (lever[0], lever[1] + nav.lever_left, lever[2]))
     yaw = m[6] * rate[0] + m[7] * rate[1] + m[8] * rate[2]
     rolled = step_x * forward + step_y * left + dt * yaw * (arm[1] * forward - arm[0] * left)
     moved = Navigation(
@@ -197,6 +200,7 @@ def integrate(
         nav.wheel_radius,
         nav.gyro_cross,
         nav.bend,
+        nav.lever_left,
     )
     return moved, now
 
@@ -269,6 +273,7 @@ def repaired(nav: Navigation, error: Array) -> Navigation:
         nav.wheel_radius + e[WHEEL_RADIUS],
         nav.gyro_cross + e[GYRO_CROSS],
         (nav.bend[0] + e[BEND], nav.bend[1] + e[BEND + 1]),
+        nav.lever_left + e[LEVER_LEFT],
     )
 
 
@@ -280,9 +285,24 @@ def _plus(vector: Vector, numbers: Sequence[float], first: int) -> Vector:
     )
 
 
-def decayed(vector: Vector, keep: float) -> Vector:
-    """Return a vector times a number."""
-    return keep * vector[0], keep * vector[1], keep * vector[2]
+def faded(nav: Navigation, keep: float, excess: float) -> Navigation:
+    """Return the navigation with a share of the accelerometer's bias, and another excess rate."""
+    bias = nav.accel_bias
+    return Navigation(
+        attitude=nav.attitude,
+        velocity=nav.velocity,
+        position=nav.position,
+        distance=nav.distance,
+        gyro_bias=nav.gyro_bias,
+        gyro_gain=nav.gyro_gain,
+        accel_bias=(keep * bias[0], keep * bias[1], keep * bias[2]),
+        excess=excess,
+        lever_up=nav.lever_up,
+        wheel_radius=nav.wheel_radius,
+        gyro_cross=nav.gyro_cross,
+        bend=nav.bend,
+        lever_left=nav.lever_left,
+    )
 
 
 def share_kept(time: float, time_constant: float) -> float:

@@ -95,15 +95,21 @@ class Parameters(NamedTuple):
             0.0,
             0.2,
             "rad",
-            "Standard deviation of the sensor's pitch in the body. Nothing on board can see it: "
-            "it counts in the variance only.",
+            "Standard deviation of the sensor's pitch in the body and of what the accelerometer's "
+            "zero makes of it. Nothing on board can see it: it counts in the variance only.",
             tunable=False,
         ),
-    ] = math.radians(0.2)
+    ] = math.radians(0.45)
     lever_arm: Annotated[
         float,
         Bounds(0.0, 0.2, "m", "Standard deviation of the error of the lever arm's height."),
     ] = 0.005
+    lever_left: Annotated[
+        float,
+        Bounds(
+            0.0, 0.2, "m", "Standard deviation of the error of the lever arm's place to the left."
+        ),
+    ] = 0.003
     wheel_noise: Annotated[
         float,
         Bounds(
@@ -167,6 +173,7 @@ class Coefficients(NamedTuple):
     wheel_radius: float
     mounting_variance: float
     lever_arm: float
+    lever_left: float
     room_time: float
     gyro_delay: float
     geometry: Geometry
@@ -184,6 +191,7 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         speed=parameters.speed,
         # A displacement stays alike for `room_time`: one comparison within it is news.
         room_share=min(ROOM_PERIOD / parameters.room_time, 1.0),
+        yaw_per_difference=robot.wheel_radius / robot.track_width if robot.track_width else 0.0,
     )
     return Coefficients(
         parameters.gyro_bias,
@@ -197,6 +205,7 @@ def derive(parameters: Parameters, robot: Robot) -> Coefficients:
         parameters.wheel_radius,
         parameters.mounting * parameters.mounting,
         parameters.lever_arm,
+        parameters.lever_left,
         parameters.room_time,
         robot.gyro_delay,
         geometry,

@@ -106,5 +106,5 @@ def rest_variance(stillness: Stillness) -> float:
     A slow sway whose acceleration hides in what counts as quiet is the less likely the longer
     it lasts.
     """
-    off = HIDDEN / stillness.time
+    off = HIDDEN / max(stillness.time, STILL_AFTER)
     return off * off

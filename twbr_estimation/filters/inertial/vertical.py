@@ -27,6 +27,16 @@ BIAS_GAIN = 0.02
 """Rate of change of the gyro's bias per error of the direction [1/s^2]."""
 REST_TIME = 0.03
 """Time in which the vertical goes to where the accelerometer points at rest [s]."""
+SURELY_REST = 4.0
+"""It goes there at once where its variance is so many times that of the direction at rest."""
+SWAYING, SWAYED = 0.07, 2.5
+"""Where the force stays further from the vertical than the first [rad], the square beyond adds to
+the variance so many times."""
+LEANING = 0.03
+"""So far the specific force at rest may point from the vertical, however well that is known
+[rad]."""
+SURELY_RESTS = 3.0
+"""Quiet readings of this length are rest wherever the specific force points [s]."""
 BIAS_REST = 0.5
 """Time in which the gyro's bias is learnt at rest [s]."""
 LARGEST_BIAS = 0.05
@@ -65,6 +75,11 @@ def variance_of(vertical: Vertical) -> float:
 def unseen_variance(vertical: Vertical) -> float:
     """Return what is left of the variance of turns that the gyro could not see [rad^2]."""
     return SWAY * (1.0 / vertical.age - 1.0 / MEMORY)
+
+
+def swayed_variance(vertical: Vertical) -> float:
+    """Return what lasting accelerations leave unknown where no wheel shows them [rad^2]."""
+    return SWAYED * max(vertical.pending - SWAYING * SWAYING, 0.0)
 
 
 def followed(
@@ -134,6 +149,9 @@ def at_rest(
     present = variance_of(vertical)
     share = min(dt / REST_TIME, 1.0) * max(1.0 - variance / present, 0.0)
     (x, y, z), (a, b, c) = unit(rotated(body, accel)), vertical.up
+    if present > SURELY_REST * variance:
+        a, b, c = x, y, z
+        share = max(share, 1.0 - variance / present)
     up = unit((a + share * (x - a), b + share * (y - b), c + share * (z - c)))
     felt, old = rotated(body, accel), vertical.force
     force = (
@@ -148,6 +166,26 @@ def at_rest(
         bounded(bias[2] + slow * (gyro[2] - bias[2])),
     )
     return Vertical(up, force, learnt, _aged(vertical.age, share), (1.0 - share) * vertical.pending)
+
+
+def contradicts_rest(
+    vertical: Vertical, body: Matrix, accel: Vector, variance: float, lasted: float
+) -> bool:
+    """Whether the specific force of quiet readings points where the vertical cannot be.
+
+    A steady acceleration looks like rest to both sensors, but the gyro has not seen the turn to it.
+
+    Args:
+        vertical: before they count as rest.
+        body: attitude of the navigation.
+        accel: their mean specific force, body axes [m/s^2].
+        variance: of its direction at rest [rad^2].
+        lasted: for how long they have been quiet [s].
+    """
+    (x, y, z), (a, b, c) = unit(rotated(body, accel)), vertical.up
+    square = (x - a) * (x - a) + (y - b) * (y - b) + (z - c) * (z - c)
+    doubt = variance + variance_of(vertical)
+    return lasted < SURELY_RESTS and square > 9.0 * doubt + LEANING * LEANING
 
 
 def _aged(age: float, share: float) -> float:
@@ -173,9 +211,9 @@ def learnt_bias(bias: Vector, body: Matrix, error: Vector, dt: float, age: float
         return bias
     share = BIAS_GAIN * dt
     return (
-        bounded(bias[0] - share * (body[0] * error[0] + body[3] * error[1] + body[6] * error[2])),
-        bounded(bias[1] - share * (body[1] * error[0] + body[4] * error[1] + body[7] * error[2])),
-        bounded(bias[2] - share * (body[2] * error[0] + body[5] * error[1] + body[8] * error[2])),
+        bounded(bias[0] + share * (body[0] * error[0] + body[3] * error[1] + body[6] * error[2])),
+        bounded(bias[1] + share * (body[1] * error[0] + body[4] * error[1] + body[7] * error[2])),
+        bounded(bias[2] + share * (body[2] * error[0] + body[5] * error[1] + body[8] * error[2])),
     )
 
 

@@ -13,8 +13,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ...samples import STANDARD_GRAVITY, CorrectedSample
-from .strapdown import Matrix, Vector, heading_of, rotated, tilt_of
+from ...samples import CorrectedSample
+from .aiding import Geometry
+from .encoder_steps import FIRST_STEP, Steps, stepped
+from .navigation import InertialReading
+from .strapdown import heading_of, rotated, tilt_of
 
 SMOOTHED = 0.03
 """Time over which both velocities are averaged [s]."""
@@ -28,11 +31,14 @@ PER_TILT = 3.0
 """What an uncertain vertical adds to that [m/s per rad]."""
 DOUBTED, CLEARED = 0.6, 0.3
 """Share of the fast squares above which wheels are left out, and below which they return."""
+EVIDENCE = 1.5
+"""Least slow square that condemns, in that of a velocity that counts for nothing."""
 CONDEMNED, ACQUITTED = 0.18, 0.08
 """Share of the slow squares above which wheels are ignored; below the second one nothing speaks
 against them, and of the fast squares it is proof."""
-PROVEN = 1.0
-"""So long must the wheels be right before they are believed again [s]."""
+PROVEN, RETURN = 1.0, 1.0
+"""So long must the wheels be right to be proven, and to be believed again once they were wrong
+[s]."""
 RELAPSE, RELAPSE_FACTOR, LONGEST_PROOF = 20.0, 4.0, 60.0
 """Wheels that are wrong again within the first [s] must be right so many times longer, at most
 the last [s]."""
@@ -43,39 +49,12 @@ EQUAL = 0.02
 difference, but where there is none it is right as well."""
 FORGIVEN = 1.0
 """After a clipped sensor nothing is compared for so long [s]."""
-FIRST_STEP = 0.15
-"""An encoder counts in smaller steps than this [rad], as long as nothing else is known."""
-STEP_SHARE = 0.2
-"""Share of a new step in their mean."""
 STEP_TIME = 0.08
 """Steps of an encoder over this time are a velocity that counts for nothing [s]."""
+BETWEEN = 2.0
+"""Acceleration between two samples that none of them shows [m/s^2]."""
 PROBATION = 0.3
 """The velocities need so long to begin [s]."""
-
-
-class Steps(NamedTuple):
-    """The steps in which an encoder counts, as they are seen."""
-
-    angle: float
-    """Wheel angle one sample ago [rad]."""
-    held: float
-    """1 where it was the same one sample before that."""
-    size: float
-    """Mean step after a pause [rad]."""
-
-
-def stepped(steps: Steps, angle: float) -> Steps:
-    """Return what is known of the steps one sample later.
-
-    None is larger than the smallest change of the angle; after a pause the change is one.
-    """
-    change = abs(angle - steps.angle)
-    if change == 0.0:
-        return Steps(angle, 1.0, steps.size)
-    size = min(steps.size, change)
-    if steps.held > 0.0 and change < FIRST_STEP:
-        size = steps.size + STEP_SHARE * (change - steps.size)
-    return Steps(angle, 0.0, size)
 
 
 class WheelCheck(NamedTuple):
@@ -120,7 +99,7 @@ class WheelCheck(NamedTuple):
     steps: Steps
     """Of the encoder."""
     unsure: float
-    """Largest variance of the tilt of late [rad^2]."""
+    """Largest variance of the tilt that the velocities remember [rad^2]."""
     needed: float
     """How long wheels must be right before they are believed again [s]."""
 
@@ -149,7 +128,7 @@ def begin_check() -> WheelCheck:
         total=0.0,
         steps=Steps(0.0, 0.0, FIRST_STEP),
         unsure=0.0,
-        needed=PROVEN,
+        needed=RETURN,
     )
 
 
@@ -171,41 +150,65 @@ def trustworthy(check: WheelCheck) -> bool:
 
 def restarted(check: WheelCheck) -> WheelCheck:
     """Return the check with velocities that begin afresh, as the attitude was replaced."""
+    return _with(check, 0.0, check.proven, check.doubted, check.ignored, check.since, check.needed)
+
+
+def condemned(check: WheelCheck) -> WheelCheck:
+    """Return the check with wheels that are ignored from now on, whatever the velocities show."""
+    if check.ignored > 0.0:
+        return check
+    return _with(check, check.known, 0.0, check.doubted, 1.0, 0.0, _needed(check))
+
+
+def _needed(check: WheelCheck) -> float:
+    """Return how long wheels that are found wrong now must be right [s]."""
+    if check.total > 0.0 and check.since < RELAPSE:
+        return min(RELAPSE_FACTOR * check.needed, LONGEST_PROOF)
+    return check.needed
+
+
+def _with(
+    check: WheelCheck,
+    known: float,
+    proven: float,
+    doubted: float,
+    ignored: float,
+    since: float,
+    needed: float,
+) -> WheelCheck:
+    """Return the same velocities and squares with another verdict; see `WheelCheck`."""
     return WheelCheck(
-        0.0,
-        check.travelled,
-        check.swing,
-        check.turning,
-        check.acceleration,
-        check.rolled_slow,
-        check.rolled_mean,
-        check.felt_mean,
-        check.felt,
-        check.felt_smooth,
-        check.slow,
-        check.fast,
-        check.waiting,
-        check.proven,
-        check.doubted,
-        check.ignored,
-        check.since,
-        check.total,
-        check.steps,
-        check.unsure,
-        check.needed,
+        known=known,
+        travelled=check.travelled,
+        swing=check.swing,
+        turning=check.turning,
+        acceleration=check.acceleration,
+        rolled_slow=check.rolled_slow,
+        rolled_mean=check.rolled_mean,
+        felt_mean=check.felt_mean,
+        felt=check.felt,
+        felt_smooth=check.felt_smooth,
+        slow=check.slow,
+        fast=check.fast,
+        waiting=check.waiting,
+        proven=proven,
+        doubted=doubted,
+        ignored=ignored,
+        since=since,
+        total=check.total,
+        steps=check.steps,
+        unsure=check.unsure,
+        needed=needed,
     )
 
 
 def checked(
     check: WheelCheck,
     sample: CorrectedSample,
-    body: Matrix,
-    rate: Vector,
-    up: Vector,
+    now: InertialReading,
     variance: float,
-    lever: Vector,
-    wheel_radius: float,
-    on_body: float,
+    lever_left: float,
+    geometry: Geometry,
     still: bool,
     blinded: bool,
 ) -> WheelCheck:
@@ -214,32 +217,31 @@ def checked(
     Args:
         check: one sample ago.
         sample: the new one.
-        body: attitude.
-        rate: body rate [rad/s].
-        up: the vertical in level axes.
-        variance: its variance [rad^2].
-        lever: position of the sensor relative to the axle's middle, body axes [m].
-        wheel_radius: [m].
-        on_body: 1 where the encoder counts against the body, else 0.
+        now: what the navigation made of it.
+        variance: of the tilt [rad^2].
+        lever_left: what to add to the place of the lever arm to the left [m].
+        geometry: of the robot.
         still: whether the body lies still.
         blinded: whether a sensor was clipped, or silent, at this sample.
     """
-    dt = sample.dt
+    dt, body, rate = sample.dt, now.body, now.rate
+    wheel_radius, lever = geometry.wheel_radius, geometry.lever
+    lever = (lever[0], lever[1] + lever_left, lever[2])
     forward, left = heading_of(body)
     arm = rotated(body, lever)
     ahead, aside = arm[0] * forward + arm[1] * left, arm[1] * forward - arm[0] * left
     yaw = body[6] * rate[0] + body[7] * rate[1] + body[8] * rate[2]
     force = rotated(body, (sample.accel_x, sample.accel_y, sample.accel_z))
-    distance = wheel_radius * (sample.wheel_angle + on_body * tilt_of(body)) + ahead
-    gravity = STANDARD_GRAVITY * (up[0] * forward + up[1] * left)
-    acceleration = force[0] * forward + force[1] * left - gravity
+    distance = wheel_radius * (sample.wheel_angle + geometry.on_body * tilt_of(body)) + ahead
+    acceleration = force[0] * forward + force[1] * left
     acceleration += yaw * (yaw * ahead + (aside - check.swing) / dt)
     if still:
         acceleration = 0.0
     if sample.wheel_count == 0.0 or check.known == 0.0 or blinded:
         return _paused(check, dt, distance, aside, yaw * aside, acceleration, blinded, sample)
-    unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     smooth, band = dt / (SMOOTHED + dt), dt / (BAND + dt)
+    unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
+    fresh = still and check.waiting > 0.0
     moved = smooth * (distance - check.travelled)
     turning = check.turning + smooth * (yaw * aside - check.turning)
     velocity = moved / dt - check.turning
@@ -251,33 +253,36 @@ def checked(
     felt_mean = check.felt_mean + band * (mean - check.felt_mean)
     felt = (check.felt + dt * (mean - felt_mean)) * (1.0 - band)
     felt_smooth = check.felt_smooth + smooth * (felt - check.felt_smooth)
+    if fresh:  # a body that lies still has not accelerated, however unsure its vertical is
+        unsure = felt = felt_mean = felt_smooth = 0.0
     moved_on = WheelCheck(
-        1.0,
-        check.travelled + moved,
-        aside,
-        turning,
-        acceleration,
-        rolled_slow,
-        rolled_mean,
-        felt_mean,
-        felt,
-        felt_smooth,
-        check.slow,
-        check.fast,
-        check.waiting - dt,
-        check.proven,
-        check.doubted,
-        check.ignored,
-        check.since + dt,
-        check.total + check.ignored * dt,
-        stepped(check.steps, sample.wheel_angle),
-        unsure,
-        check.needed,
+        known=1.0,
+        travelled=check.travelled + moved,
+        swing=aside,
+        turning=turning,
+        acceleration=acceleration,
+        rolled_slow=rolled_slow,
+        rolled_mean=rolled_mean,
+        felt_mean=felt_mean,
+        felt=felt,
+        felt_smooth=felt_smooth,
+        slow=check.slow,
+        fast=check.fast,
+        waiting=check.waiting - dt,
+        proven=check.proven,
+        doubted=check.doubted,
+        ignored=check.ignored,
+        since=check.since + dt,
+        total=check.total + check.ignored * dt,
+        steps=stepped(check.steps, sample.wheel_angle),
+        unsure=unsure,
+        needed=check.needed,
     )
     if moved_on.waiting > 0.0:
         return moved_on
     step = wheel_radius * moved_on.steps.size / STEP_TIME
-    least = SMALLEST * SMALLEST + step * step
+    between = BETWEEN * dt
+    least = SMALLEST * SMALLEST + step * step + between * between
     return _judged(moved_on, rolled, least, least + PER_TILT * PER_TILT * unsure, dt)
 
 
@@ -293,29 +298,29 @@ def _paused(
 ) -> WheelCheck:
     """Begin the velocities afresh: there is nothing to compare."""
     waiting = max(check.waiting - dt, FORGIVEN if blinded else PROBATION)
-    known = sample.wheel_count > 0.0
+    known = 1.0 if sample.wheel_count > 0.0 else 0.0
     return WheelCheck(
-        1.0 if known else 0.0,
-        distance,
-        aside,
-        turning,
-        acceleration,
-        check.rolled_slow,
-        check.rolled_mean,
-        check.felt_mean,
-        check.felt,
-        check.felt_smooth,
-        check.slow,
-        check.fast,
-        waiting,
-        check.proven,
-        check.doubted,
-        check.ignored,
-        check.since + dt,
-        check.total + check.ignored * dt,
-        Steps(sample.wheel_angle, 0.0, check.steps.size),
-        check.unsure,
-        check.needed,
+        known=known,
+        travelled=distance,
+        swing=aside,
+        turning=turning,
+        acceleration=acceleration,
+        rolled_slow=check.rolled_slow,
+        rolled_mean=check.rolled_mean,
+        felt_mean=check.felt_mean,
+        felt=check.felt,
+        felt_smooth=check.felt_smooth,
+        slow=check.slow,
+        fast=check.fast,
+        waiting=waiting,
+        proven=check.proven,
+        doubted=check.doubted,
+        ignored=check.ignored,
+        since=check.since + dt,
+        total=check.total + check.ignored * dt,
+        steps=Steps(sample.wheel_angle, 0.0, check.steps.size),
+        unsure=check.unsure,
+        needed=check.needed,
     )
 
 
@@ -333,12 +338,9 @@ def _judged(
     """
     difference = rolled - check.felt_smooth
     squares = (difference * difference, rolled * rolled, check.felt_smooth * check.felt_smooth)
-    slow, fast = (
-        _averaged(check.slow, squares, dt / SLOW),
-        _averaged(check.fast, squares, dt / FAST),
-    )
-    largest = max(slow[1], slow[2])
-    slow_share = slow[0] / (nothing + largest)
+    slow = _averaged(check.slow, squares, dt / SLOW)
+    fast = _averaged(check.fast, squares, dt / FAST)
+    slow_share = slow[0] / (nothing + max(slow[1], slow[2]))
     fast_share = fast[0] / (nothing + max(fast[1], fast[2]))
     doubted, ignored, since, lasting = check.doubted, check.ignored, check.since, check.proven
     smaller, larger = min(fast[1], fast[2]), max(fast[1], fast[2])
@@ -352,35 +354,43 @@ def _judged(
     elif fast_share < CLEARED:
         doubted = 0.0
     needed = check.needed
-    if ignored == 0.0 and slow_share > CONDEMNED:
-        if check.total > 0.0 and since < RELAPSE:
-            needed = min(RELAPSE_FACTOR * needed, LONGEST_PROOF)
+    if ignored == 0.0 and slow_share > _limit(check) and slow[0] > EVIDENCE * least:
+        needed = _needed(check)
         ignored, since = 1.0, 0.0
     elif ignored > 0.0 and lasting > needed:
         ignored, since, slow = 0.0, 0.0, fast
     return WheelCheck(
-        1.0,
-        check.travelled,
-        check.swing,
-        check.turning,
-        check.acceleration,
-        check.rolled_slow,
-        check.rolled_mean,
-        check.felt_mean,
-        check.felt,
-        check.felt_smooth,
-        slow,
-        fast,
-        check.waiting,
-        lasting,
-        doubted,
-        ignored,
-        since,
-        check.total,
-        check.steps,
-        check.unsure,
-        needed,
+        known=1.0,
+        travelled=check.travelled,
+        swing=check.swing,
+        turning=check.turning,
+        acceleration=check.acceleration,
+        rolled_slow=check.rolled_slow,
+        rolled_mean=check.rolled_mean,
+        felt_mean=check.felt_mean,
+        felt=check.felt,
+        felt_smooth=check.felt_smooth,
+        slow=slow,
+        fast=fast,
+        waiting=check.waiting,
+        proven=lasting,
+        doubted=doubted,
+        ignored=ignored,
+        since=since,
+        total=check.total,
+        steps=check.steps,
+        unsure=check.unsure,
+        needed=needed,
     )
+
+
+def _limit(check: WheelCheck) -> float:
+    """Return the share of the slow squares that condemns.
+
+    Squares that have been averaged for less than their time stand for less than they are: what
+    is not seen yet counts as right.
+    """
+    return CONDEMNED * max(SLOW / check.since, 1.0) if check.total == 0.0 else CONDEMNED
 
 
 def _averaged(

@@ -19,7 +19,8 @@ from ...batch import CorrectedTrack
 from ...errors import ConfigurationError
 from ...filters.inertial.aiding import EXCESS_SPREAD, EXCESS_TIME
 from ...filters.inertial.navigation import SHOCK
-from ...filters.ins_odometer import FIRST_TILT, FIRST_VELOCITY
+from ...filters.inertial.restart import FIRST_VELOCITY
+from ...filters.ins_odometer import FIRST_TILT
 from ...recording import FloatArray
 from ..disturbances import (
     BUMP_CUTOFF,

@@ -1,0 +1,148 @@
+"""Parts of the navigation filter, each where its answer is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from twbr_estimation.filters import filter_named
+from twbr_estimation.filters.inertial.clipping import (
+    begin_clipping,
+    clipped,
+    rate_of_wheels,
+    unseen_turn,
+)
+from twbr_estimation.filters.inertial.gravity import begin_gravity, weighed
+from twbr_estimation.filters.inertial.learnt import (
+    begin_memory,
+    learnt_by,
+    recalled,
+    remembered,
+    strangeness,
+)
+from twbr_estimation.filters.inertial.navigation import Navigation
+from twbr_estimation.filters.inertial.restart import begin_navigation
+from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
+from twbr_estimation.filters.inertial.vertical import (
+    begin_vertical,
+    contradicts_rest,
+    followed,
+)
+from twbr_estimation.filters.inertial.wheel_check import (
+    RELAPSE_FACTOR,
+    begin_check,
+    believed,
+    condemned,
+)
+from twbr_estimation.robot import Robot
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
+
+LEVEL = matrix_of((1.0, 0.0, 0.0, 0.0))
+DT = 0.005
+
+
+def sample(**readings: float) -> CorrectedSample:
+    """Return a sample of a level body at rest, with some readings replaced."""
+    zeros = dict.fromkeys(CorrectedSample._fields, 0.0)
+    return CorrectedSample(**{**zeros, "dt": DT, "accel_z": STANDARD_GRAVITY, **readings})
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3])
+def test_two_wheels_show_the_yaw_rate_beyond_the_range(tilt: float) -> None:
+    yaw, share, body = 10.0, 0.25, matrix_of(attitude_at(tilt, (0.0, 0.0, 1.0)))
+    before = begin_clipping(sample())
+    turned = {"wheel_difference": yaw * DT / share, "wheel_count": 2.0}
+    reading = sample(gyro_x=-yaw * math.sin(tilt), gyro_z=4.4, **turned)
+    assert rate_of_wheels(before, reading, body, share) == pytest.approx(yaw * math.cos(tilt))
+
+
+@pytest.mark.parametrize(("difference", "count"), [(-0.2, 2.0), (0.01, 2.0), (0.2, 1.0)])
+def test_wheels_that_turn_less_or_the_other_way_show_none(difference: float, count: float) -> None:
+    reading = sample(gyro_z=4.4, wheel_difference=difference, wheel_count=count)
+    assert rate_of_wheels(begin_clipping(sample()), reading, LEVEL, 0.25) == 4.4
+
+
+def test_the_sooner_a_rate_grew_the_more_is_hidden_beyond_the_range() -> None:
+    hidden = []
+    for acceleration in (50.0, 600.0):
+        clipping, rate, variance = begin_clipping(sample()), 0.0, 0.0
+        for _ in range(round(4.0 / acceleration / DT) + 8):
+            now = min(rate + acceleration * DT, 4.36)
+            flag = 1.0 if now == 4.36 else 0.0
+            reading = sample(gyro_y=now, gyro_saturated_y=flag)
+            clipping = clipped(clipping, rate, reading)
+            variance += unseen_turn(clipping, reading, LEVEL)
+            rate = now
+        hidden.append(variance)
+    assert hidden[1] > 2.0 * hidden[0] > 0.0
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1.2])
+def test_the_gain_of_an_accelerometer_is_that_along_the_vertical(tilt: float) -> None:
+    gravity, body = begin_gravity(), matrix_of(attitude_at(tilt, (0.0, 0.0, 1.0)))
+    force = 1.035 * STANDARD_GRAVITY
+    reading = sample(accel_x=-force * math.sin(tilt), accel_z=force * math.cos(tilt))
+    for _ in range(round(60.0 / DT)):
+        gravity = weighed(gravity, reading, body)
+    assert gravity.gain == pytest.approx(1.035, abs=0.003)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_vertical_learns_the_bias_of_the_gyro(axis: int) -> None:
+    """The navigation turns by the bias, which the specific force does not follow."""
+    bias = [0.0, 0.0, 0.0]
+    bias[axis] = 0.02
+    vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.01)
+    turned = np.zeros(3)
+    for _ in range(round(60.0 / DT)):
+        turned += DT * np.array(bias)
+        half = 0.5 * turned
+        attitude = (math.cos(float(np.linalg.norm(half))), half[0], half[1], half[2])
+        body = matrix_of(tuple(np.array(attitude) / np.linalg.norm(attitude)))  # type: ignore[arg-type]
+        rate = (bias[0], bias[1], bias[2])
+        reading = sample(gyro_x=bias[0], gyro_y=bias[1])
+        vertical = followed(vertical, body, rate, reading, 0.0)
+    assert vertical.bias[axis] == pytest.approx(0.02, abs=0.002)
+
+
+def test_a_steady_acceleration_is_no_rest() -> None:
+    vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.0134)
+    forward, sway = (2.0, 0.0, STANDARD_GRAVITY), 1e-3
+    assert contradicts_rest(vertical, LEVEL, forward, sway, 0.5)
+    assert not contradicts_rest(vertical, LEVEL, forward, sway, 5.0)
+    assert not contradicts_rest(vertical, LEVEL, (0.2, 0.0, STANDARD_GRAVITY), sway, 0.5)
+
+
+def learnt(gain: float = 0.0, radius: float = 0.0) -> Navigation:
+    """Return a navigation that has learnt a gain of the gyro and a wheel radius."""
+    nav = begin_navigation((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return nav._replace(gyro_gain=(0.0, gain, 0.0), wheel_radius=radius)
+
+
+def test_errors_larger_than_a_calibration_leaves_are_strange() -> None:
+    entry = filter_named("ins_odometer")
+    c = entry.derive(entry.configure({"gyro_gain": 0.06, "wheel_radius": 0.01}), Robot())
+    assert strangeness(learnt(gain=-0.06, radius=0.01), c) < 0.5
+    assert strangeness(learnt(gain=-0.34), c) > 1.0
+    assert strangeness(learnt(radius=0.07), c) > 1.0
+    known = entry.derive(entry.configure({"gyro_gain": 0.0, "wheel_radius": 0.0}), Robot())
+    assert strangeness(learnt(), known) == 0.0
+
+
+def test_what_was_learnt_in_doubt_is_not_recalled() -> None:
+    memory = begin_memory(learnt())
+    for _ in range(2):
+        memory = remembered(memory, learnt(gain=0.05), True, 4.0)
+    memory = remembered(memory, learnt(gain=-0.3), False, 4.0)
+    assert learnt_by(recalled(learnt(gain=-0.3), memory.older)) == learnt_by(learnt(gain=0.05))
+
+
+def test_condemned_wheels_are_ignored_and_a_relapse_takes_longer_to_prove() -> None:
+    check = condemned(begin_check())
+    assert not believed(check)
+    assert check.ignored == 1.0
+    again = condemned(check._replace(ignored=0.0, total=3.0, since=2.0))
+    assert again.needed == RELAPSE_FACTOR * check.needed
+    assert condemned(again) == again
