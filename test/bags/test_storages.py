@@ -147,7 +147,7 @@ def test_a_bag_split_into_files_in_any_order(
     folder.mkdir()
     with rosbag2.Reader(written[0]) as bag:
         middle = bag.start_time + bag.duration // 2
-        spans = {"b.mcap": (None, middle), "a.mcap": (middle, None)}
+        spans = {"split_1.mcap": (None, middle), "split_0.mcap": (middle, None)}
     for name, (start, stop) in spans.items():
         part = tmp_path / f"part_{name}"
         writer = rosbag2.Writer(part, version=9, storage_plugin=StoragePlugin.MCAP)

@@ -31,10 +31,11 @@ def trial(estimator: str, controller: str = "pid", **changes) -> Trial:
 
 @pytest.mark.parametrize("name", [TRUTH, "ins_odometer", *FILTERS_OF_TABLE_2])
 def test_it_keeps_the_papers_robot_upright(name):
-    outcome = run(trial(name))
+    outcome, start = run(trial(name)), run(trial(name, duration=1.0))
     assert outcome.falls == 0
     assert outcome.upright == 1.0
-    assert outcome.cut < 0.01  # a filter may need a sample or two to trust itself
+    assert start.cut < 0.25  # s, of one: a filter may need a moment to trust itself
+    assert 10.0 * outcome.cut == pytest.approx(start.cut)  # and none later
     assert outcome.rms_tilt < math.radians(10.0)
     assert 0.5 < outcome.effort < 6.0
 

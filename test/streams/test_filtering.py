@@ -20,7 +20,8 @@ from twbr_estimation.streams.filtering import FilterStream
 
 def sample(angle: float, dt: float = 0.002) -> CorrectedSample:
     zeros = dict.fromkeys(CorrectedSample._fields, 0.0)
-    return CorrectedSample(**{**zeros, "dt": dt, "angle": angle, "accel_z": 9.8})
+    felt = {"accel_x": -9.8 * math.sin(angle), "accel_z": 9.8 * math.cos(angle)}
+    return CorrectedSample(**{**zeros, **felt, "dt": dt, "angle": angle})
 
 
 def stream(**settings: object) -> FilterStream:

@@ -11,7 +11,7 @@ from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .step_code import StepCode
 from .tilt_filter import TiltFilter
-from .validity import VALID_STDDEV, Watch, begin, restarted, watch, wrapped
+from .validity import CLEARED_STDDEV, VALID_STDDEV, Watch, begin, restarted, watch, wrapped
 
 SELF_JUDGED = ("ins_odometer",)
 """Filters that make up for saturated sensors by themselves and come back to gravity."""
@@ -214,10 +214,17 @@ class WatchedFilter(TiltFilter):
         super().use_robot(robot)
 
     def succeed(self, other: WatchedFilter, sample: CorrectedSample) -> None:
-        """Go on from another filter's estimate at the stamp of `sample`, judgement and counts."""
+        """Go on from another filter's estimate at the stamp of `sample`, judgement and counts.
+
+        A trusted estimate without a variance has the one below which trust returns, so that a
+        filter which judges itself does not begin as if nothing were known.
+        """
         self.restarts, self._lost = other.restarts, other._lost
-        if other.estimate is not None:
-            self.reset(other.estimate, sample)
+        estimate = other.estimate
+        if estimate is not None:
+            if other.trusted and estimate.tilt_variance == 0.0:
+                estimate = estimate._replace(tilt_variance=CLEARED_STDDEV * CLEARED_STDDEV)
+            self.reset(estimate, sample)
             self._watch = other._watch
 
     def forget(self) -> None:

@@ -1,7 +1,8 @@
 """What a clipped gyro, or a gap, hides of a turn, and what the wheels show of it.
 
 A fall that ends beyond the gyro's range gains speed as it did before: the hidden rate is as
-uncertain as the last angular acceleration carried on. About the vertical two wheel encoders
+uncertain as the last angular acceleration carried on. That of a blow, which saturates the
+accelerometer, does not go on. About the vertical two wheel encoders
 measure what a clipped yaw rate does not.
 """
 
@@ -10,12 +11,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ...samples import CorrectedSample
+from ...samples import CorrectedSample, is_saturated
 from .navigation import gyro_saturated
 from .strapdown import Matrix
 
 UNSEEN_RATE = 10.0
-"""Least standard deviation of a rate beyond the gyro's range [rad/s]."""
+"""Least standard deviation of a tilt rate beyond the gyro's range [rad/s]."""
+UNSEEN_YAW = 10.0
+"""Standard deviation of a yaw rate beyond the range [rad/s]."""
 UNSEEN_TIME = 0.05
 """Least time over which such a rate stays alike [s]."""
 SLOPE_MEMORY = 0.05
@@ -53,7 +56,8 @@ def clipped(before: Clipping, rate: float, sample: CorrectedSample) -> Clipping:
     dt, slope, time = sample.dt, before.slope, 0.0
     if before.time == 0.0:
         slope *= SLOPE_MEMORY / (SLOPE_MEMORY + dt)
-        slope = max(slope, abs(sample.gyro_y - rate) / dt)
+        if gyro_saturated(sample) or not is_saturated(sample):
+            slope = max(slope, abs(sample.gyro_y - rate) / dt)
     if gyro_saturated(sample):
         time = before.time + dt
     return Clipping(slope, time, sample.wheel_difference)
@@ -68,7 +72,7 @@ def unseen_turn(clipping: Clipping, sample: CorrectedSample, body: Matrix) -> fl
         variance += rate * rate * dt * memory
     if sample.gyro_saturated_z > 0.0:
         level = body[2] * body[2] + body[5] * body[5]
-        variance += level * UNSEEN_RATE * UNSEEN_RATE * dt * memory
+        variance += level * UNSEEN_YAW * UNSEEN_YAW * dt * memory
     if dt > GAP:
         silent = dt - GAP
         variance += UNSEEN_TURNING * silent * silent * silent
