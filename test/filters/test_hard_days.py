@@ -104,3 +104,13 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
     time = (made.recording.imu.stamps - made.recording.imu.stamps[0]) * 1e-9
     for begin, end in made.rests:
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
+
+
+def test_a_chip_that_wakes_up_is_not_believed() -> None:
+    """The first sample is all zeros; the second shows where down is."""
+    made, wheels, _ = day("first sample zeros", 0.005)
+    entry, truth = filter_named("ins_odometer"), made.recording.truth
+    assert truth is not None
+    found = run_filter(entry, entry.configure(), wheels, made.setup.robot)
+    error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+    assert np.abs(error[1:]).max() < 5.0

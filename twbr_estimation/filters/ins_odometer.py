@@ -159,14 +159,13 @@ class State(NamedTuple):
 def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
     """Continue from `estimate`, at rest; the accelerometer tells the roll."""
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     bias = (0.0, estimate.gyro_bias, 0.0)
     rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
     nav = begin_navigation(attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel), bias)
     variance = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
         variance = estimate.tilt_variance
-    elif abs(force - STANDARD_GRAVITY) > IMPLAUSIBLE * STANDARD_GRAVITY:
+    elif not _shows_gravity(sample):
         variance = UNKNOWN_TILT * UNKNOWN_TILT
     now = read(nav, rate, sample)
     return State(
@@ -188,8 +187,18 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     )
 
 
+def _shows_gravity(sample: CorrectedSample) -> bool:
+    """Return whether the specific force is about as long as gravity."""
+    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
+    force = math.sqrt(x * x + y * y + z * z)
+    return abs(force - STANDARD_GRAVITY) <= IMPLAUSIBLE * STANDARD_GRAVITY
+
+
 def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Integrate one sample; at the end of a window compare and repair."""
+    if state.tilt_variance == UNKNOWN_TILT * UNKNOWN_TILT and _shows_gravity(sample):
+        bias = state.gyro_bias  # the sample before said nothing: a chip that woke up, a free fall
+        return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
     gravity = weighed(state.gravity, sample, state.last.body)
     sample = _adjusted(state, gravity, sample, c)
     geometry, last = c.geometry, state.last
