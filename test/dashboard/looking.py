@@ -40,7 +40,7 @@ def until(browser: Browser, condition: str) -> Any:
 
 
 def text(browser: Browser) -> str:
-    return str(browser.evaluate("document.body.innerText"))
+    return str(browser.evaluate("document.body?.innerText ?? ''"))
 
 
 def mark(name: str) -> str:

@@ -33,8 +33,8 @@ TALKATIVE = _CHANGED.format(does="self.get_logger().warning('x' * 1000)")
 """A callback that logs at every message."""
 NO_SPACE = (
     "unshare", "-rm", "sh", "-c",
-    "mount -t tmpfs -o size=16k tmpfs /tmp && export ROS_LOG_DIR=/tmp TMPDIR=/tmp && "
-    "head -c 100k /dev/zero > /tmp/full 2>/dev/null; exec \"$0\" \"$@\"",
+    "mount -t tmpfs -o size=16k tmpfs /mnt && export ROS_LOG_DIR=/mnt TMPDIR=/mnt && "
+    "head -c 100k /dev/zero > /mnt/full 2>/dev/null; exec \"$0\" \"$@\"",
 )  # fmt: skip
 """A command that starts a program whose folder for logs has no space."""
 
