@@ -57,11 +57,9 @@ PROBATION = 0.3
 """The velocities need so long to begin [s]."""
 
 
-class WheelCheck(NamedTuple):
-    """What the comparison remembers."""
+class Velocities(NamedTuple):
+    """The two velocities, and what they are made of."""
 
-    known: float
-    """1 where the distance is known, else 0."""
     travelled: float
     """Distance by the encoders, averaged [m]."""
     swing: float
@@ -80,28 +78,42 @@ class WheelCheck(NamedTuple):
     """Velocity by the accelerometer [m/s]."""
     felt_smooth: float
     """The same, averaged as the encoders' [m/s]."""
+
+
+class Verdict(NamedTuple):
+    """What is held of the wheels."""
+
+    proven: float
+    """For how long they have been right [s]."""
+    doubted: float
+    """1 while they are left out for the moment, else 0."""
+    ignored: float
+    """1 while they are ignored, else 0."""
+    since: float
+    """How long ago that began or ended [s]."""
+    total: float
+    """How long they were ignored in all [s]."""
+    needed: float
+    """How long they must be right before they are believed again [s]."""
+
+
+class WheelCheck(NamedTuple):
+    """What the comparison remembers."""
+
+    known: float
+    """1 where the distance is known, else 0."""
+    velocities: Velocities
     slow: tuple[float, float, float]
     """Mean squares of difference, wheels' and accelerometer's velocity [(m/s)^2]."""
     fast: tuple[float, float, float]
     """The same over a shorter time."""
     waiting: float
     """Time left in which nothing is compared [s]."""
-    proven: float
-    """For how long the wheels have been right [s]."""
-    doubted: float
-    """1 while wheels are left out for the moment, else 0."""
-    ignored: float
-    """1 while wheels are ignored, else 0."""
-    since: float
-    """How long ago that began [s]."""
-    total: float
-    """How long wheels were ignored in all [s]."""
+    verdict: Verdict
     steps: Steps
     """Of the encoder."""
     unsure: float
     """Largest variance of the tilt that the velocities remember [rad^2]."""
-    needed: float
-    """How long wheels must be right before they are believed again [s]."""
 
 
 def begin_check() -> WheelCheck:
@@ -109,37 +121,24 @@ def begin_check() -> WheelCheck:
     zeros = (0.0, 0.0, 0.0)
     return WheelCheck(
         known=0.0,
-        travelled=0.0,
-        swing=0.0,
-        turning=0.0,
-        acceleration=0.0,
-        rolled_slow=0.0,
-        rolled_mean=0.0,
-        felt_mean=0.0,
-        felt=0.0,
-        felt_smooth=0.0,
+        velocities=Velocities(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         slow=zeros,
         fast=zeros,
         waiting=PROBATION,
-        proven=0.0,
-        doubted=0.0,
-        ignored=0.0,
-        since=0.0,
-        total=0.0,
+        verdict=Verdict(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN),
         steps=Steps(0.0, 0.0, FIRST_STEP),
         unsure=0.0,
-        needed=RETURN,
     )
 
 
 def believed(check: WheelCheck) -> bool:
     """Whether the wheels are used."""
-    return check.doubted == 0.0 and check.ignored == 0.0
+    return check.verdict.doubted == 0.0 and check.verdict.ignored == 0.0
 
 
 def proven(check: WheelCheck) -> bool:
     """Whether the wheels have proven right by moving as the accelerometer felt."""
-    return check.proven > PROVEN and check.waiting <= 0.0 and believed(check)
+    return check.verdict.proven > PROVEN and check.waiting <= 0.0 and believed(check)
 
 
 def trustworthy(check: WheelCheck) -> bool:
@@ -150,55 +149,47 @@ def trustworthy(check: WheelCheck) -> bool:
 
 def restarted(check: WheelCheck) -> WheelCheck:
     """Return the check with velocities that begin afresh, as the attitude was replaced."""
-    return _with(check, 0.0, check.proven, check.doubted, check.ignored, check.since, check.needed)
+    return _with(check, 0.0, check.verdict)
 
 
 def condemned(check: WheelCheck) -> WheelCheck:
     """Return the check with wheels that are ignored from now on, whatever the velocities show."""
-    if check.ignored > 0.0:
+    verdict = check.verdict
+    if verdict.ignored > 0.0:
         return check
-    return _with(check, check.known, 0.0, check.doubted, 1.0, 0.0, _needed(check))
+    return _with(check, check.known, _ignoring(verdict, 0.0, verdict.doubted))
 
 
-def _needed(check: WheelCheck) -> float:
-    """Return how long wheels that are found wrong now must be right [s]."""
-    if check.total > 0.0 and check.since < RELAPSE:
-        return min(RELAPSE_FACTOR * check.needed, LONGEST_PROOF)
-    return check.needed
+def _ignoring(verdict: Verdict, proven: float, doubted: float) -> Verdict:
+    """Return the verdict that begins to ignore the wheels."""
+    needed = verdict.needed
+    if verdict.total > 0.0 and verdict.since < RELAPSE:
+        needed = min(RELAPSE_FACTOR * needed, LONGEST_PROOF)
+    return Verdict(proven, doubted, 1.0, 0.0, verdict.total, needed)
 
 
-def _with(
-    check: WheelCheck,
-    known: float,
-    proven: float,
-    doubted: float,
-    ignored: float,
-    since: float,
-    needed: float,
-) -> WheelCheck:
+def _with(check: WheelCheck, known: float, verdict: Verdict) -> WheelCheck:
     """Return the same velocities and squares with another verdict; see `WheelCheck`."""
     return WheelCheck(
-        known=known,
-        travelled=check.travelled,
-        swing=check.swing,
-        turning=check.turning,
-        acceleration=check.acceleration,
-        rolled_slow=check.rolled_slow,
-        rolled_mean=check.rolled_mean,
-        felt_mean=check.felt_mean,
-        felt=check.felt,
-        felt_smooth=check.felt_smooth,
-        slow=check.slow,
-        fast=check.fast,
-        waiting=check.waiting,
-        proven=proven,
-        doubted=doubted,
-        ignored=ignored,
-        since=since,
-        total=check.total,
-        steps=check.steps,
-        unsure=check.unsure,
-        needed=needed,
+        known,
+        check.velocities,
+        check.slow,
+        check.fast,
+        check.waiting,
+        verdict,
+        check.steps,
+        check.unsure,
+    )
+
+
+def _later(verdict: Verdict, dt: float) -> Verdict:
+    return Verdict(
+        verdict.proven,
+        verdict.doubted,
+        verdict.ignored,
+        verdict.since + dt,
+        verdict.total + verdict.ignored * dt,
+        verdict.needed,
     )
 
 
@@ -224,7 +215,7 @@ def checked(
         still: whether the body lies still.
         blinded: whether a sensor was clipped, or silent, at this sample.
     """
-    dt, body, rate = sample.dt, now.body, now.rate
+    dt, body, rate, before = sample.dt, now.body, now.rate, check.velocities
     wheel_radius, lever = geometry.wheel_radius, geometry.lever
     lever = (lever[0], lever[1] + lever_left, lever[2])
     forward, left = heading_of(body)
@@ -234,49 +225,57 @@ def checked(
     force = rotated(body, (sample.accel_x, sample.accel_y, sample.accel_z))
     distance = wheel_radius * (sample.wheel_angle + geometry.on_body * tilt_of(body)) + ahead
     acceleration = force[0] * forward + force[1] * left
-    acceleration += yaw * (yaw * ahead + (aside - check.swing) / dt)
+    acceleration += yaw * (yaw * ahead + (aside - before.swing) / dt)
     if still:
         acceleration = 0.0
     if sample.wheel_count == 0.0 or check.known == 0.0 or blinded:
-        return _paused(check, dt, distance, aside, yaw * aside, acceleration, blinded, sample)
+        afresh = Velocities(
+            distance,
+            aside,
+            yaw * aside,
+            acceleration,
+            before.rolled_slow,
+            before.rolled_mean,
+            before.felt_mean,
+            before.felt,
+            before.felt_smooth,
+        )
+        return _paused(check, afresh, blinded, sample)
     smooth, band = dt / (SMOOTHED + dt), dt / (BAND + dt)
     unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     fresh = still and check.waiting > 0.0
-    moved = smooth * (distance - check.travelled)
-    turning = check.turning + smooth * (yaw * aside - check.turning)
-    velocity = moved / dt - check.turning
-    rolled_slow = check.rolled_slow + band * (velocity - check.rolled_slow)
+    moved = smooth * (distance - before.travelled)
+    turning = before.turning + smooth * (yaw * aside - before.turning)
+    velocity = moved / dt - before.turning
+    rolled_slow = before.rolled_slow + band * (velocity - before.rolled_slow)
     rolled = velocity - rolled_slow
-    rolled_mean = check.rolled_mean + band * (rolled - check.rolled_mean)
+    rolled_mean = before.rolled_mean + band * (rolled - before.rolled_mean)
     rolled -= rolled_mean
-    mean = 0.5 * (acceleration + check.acceleration)
-    felt_mean = check.felt_mean + band * (mean - check.felt_mean)
-    felt = (check.felt + dt * (mean - felt_mean)) * (1.0 - band)
-    felt_smooth = check.felt_smooth + smooth * (felt - check.felt_smooth)
+    mean = 0.5 * (acceleration + before.acceleration)
+    felt_mean = before.felt_mean + band * (mean - before.felt_mean)
+    felt = (before.felt + dt * (mean - felt_mean)) * (1.0 - band)
+    felt_smooth = before.felt_smooth + smooth * (felt - before.felt_smooth)
     if fresh:  # a body that lies still has not accelerated, however unsure its vertical is
         unsure = felt = felt_mean = felt_smooth = 0.0
     moved_on = WheelCheck(
         known=1.0,
-        travelled=check.travelled + moved,
-        swing=aside,
-        turning=turning,
-        acceleration=acceleration,
-        rolled_slow=rolled_slow,
-        rolled_mean=rolled_mean,
-        felt_mean=felt_mean,
-        felt=felt,
-        felt_smooth=felt_smooth,
+        velocities=Velocities(
+            before.travelled + moved,
+            aside,
+            turning,
+            acceleration,
+            rolled_slow,
+            rolled_mean,
+            felt_mean,
+            felt,
+            felt_smooth,
+        ),
         slow=check.slow,
         fast=check.fast,
         waiting=check.waiting - dt,
-        proven=check.proven,
-        doubted=check.doubted,
-        ignored=check.ignored,
-        since=check.since + dt,
-        total=check.total + check.ignored * dt,
+        verdict=_later(check.verdict, dt),
         steps=stepped(check.steps, sample.wheel_angle),
         unsure=unsure,
-        needed=check.needed,
     )
     if moved_on.waiting > 0.0:
         return moved_on
@@ -287,40 +286,18 @@ def checked(
 
 
 def _paused(
-    check: WheelCheck,
-    dt: float,
-    distance: float,
-    aside: float,
-    turning: float,
-    acceleration: float,
-    blinded: bool,
-    sample: CorrectedSample,
+    check: WheelCheck, afresh: Velocities, blinded: bool, sample: CorrectedSample
 ) -> WheelCheck:
     """Begin the velocities afresh: there is nothing to compare."""
-    waiting = max(check.waiting - dt, FORGIVEN if blinded else PROBATION)
-    known = 1.0 if sample.wheel_count > 0.0 else 0.0
     return WheelCheck(
-        known=known,
-        travelled=distance,
-        swing=aside,
-        turning=turning,
-        acceleration=acceleration,
-        rolled_slow=check.rolled_slow,
-        rolled_mean=check.rolled_mean,
-        felt_mean=check.felt_mean,
-        felt=check.felt,
-        felt_smooth=check.felt_smooth,
+        known=1.0 if sample.wheel_count > 0.0 else 0.0,
+        velocities=afresh,
         slow=check.slow,
         fast=check.fast,
-        waiting=waiting,
-        proven=check.proven,
-        doubted=check.doubted,
-        ignored=check.ignored,
-        since=check.since + dt,
-        total=check.total + check.ignored * dt,
+        waiting=max(check.waiting - sample.dt, FORGIVEN if blinded else PROBATION),
+        verdict=_later(check.verdict, sample.dt),
         steps=Steps(sample.wheel_angle, 0.0, check.steps.size),
         unsure=check.unsure,
-        needed=check.needed,
     )
 
 
@@ -336,13 +313,14 @@ def _judged(
         nothing: the same with what the vertical is unsure by.
         dt: [s].
     """
-    difference = rolled - check.felt_smooth
-    squares = (difference * difference, rolled * rolled, check.felt_smooth * check.felt_smooth)
+    felt, verdict = check.velocities.felt_smooth, check.verdict
+    difference = rolled - felt
+    squares = (difference * difference, rolled * rolled, felt * felt)
     slow = _averaged(check.slow, squares, dt / SLOW)
     fast = _averaged(check.fast, squares, dt / FAST)
     slow_share = slow[0] / (nothing + max(slow[1], slow[2]))
     fast_share = fast[0] / (nothing + max(fast[1], fast[2]))
-    doubted, ignored, since, lasting = check.doubted, check.ignored, check.since, check.proven
+    doubted, lasting = verdict.doubted, verdict.proven
     smaller, larger = min(fast[1], fast[2]), max(fast[1], fast[2])
     equal = fast[0] < EQUAL * (least + larger)
     if fast_share > ACQUITTED:
@@ -353,44 +331,26 @@ def _judged(
         doubted = 1.0
     elif fast_share < CLEARED:
         doubted = 0.0
-    needed = check.needed
-    if ignored == 0.0 and slow_share > _limit(check) and slow[0] > EVIDENCE * least:
-        needed = _needed(check)
-        ignored, since = 1.0, 0.0
-    elif ignored > 0.0 and lasting > needed:
-        ignored, since, slow = 0.0, 0.0, fast
+    verdict = Verdict(
+        lasting, doubted, verdict.ignored, verdict.since, verdict.total, verdict.needed
+    )
+    if verdict.ignored == 0.0 and slow_share > _limit(verdict) and slow[0] > EVIDENCE * least:
+        verdict = _ignoring(verdict, lasting, doubted)
+    elif verdict.ignored > 0.0 and lasting > verdict.needed:
+        verdict = Verdict(lasting, doubted, 0.0, 0.0, verdict.total, verdict.needed)
+        slow = fast
     return WheelCheck(
-        known=1.0,
-        travelled=check.travelled,
-        swing=check.swing,
-        turning=check.turning,
-        acceleration=check.acceleration,
-        rolled_slow=check.rolled_slow,
-        rolled_mean=check.rolled_mean,
-        felt_mean=check.felt_mean,
-        felt=check.felt,
-        felt_smooth=check.felt_smooth,
-        slow=slow,
-        fast=fast,
-        waiting=check.waiting,
-        proven=lasting,
-        doubted=doubted,
-        ignored=ignored,
-        since=since,
-        total=check.total,
-        steps=check.steps,
-        unsure=check.unsure,
-        needed=needed,
+        1.0, check.velocities, slow, fast, check.waiting, verdict, check.steps, check.unsure
     )
 
 
-def _limit(check: WheelCheck) -> float:
+def _limit(verdict: Verdict) -> float:
     """Return the share of the slow squares that condemns.
 
     Squares that have been averaged for less than their time stand for less than they are: what
     is not seen yet counts as right.
     """
-    return CONDEMNED * max(SLOW / check.since, 1.0) if check.total == 0.0 else CONDEMNED
+    return CONDEMNED * max(SLOW / verdict.since, 1.0) if verdict.total == 0.0 else CONDEMNED
 
 
 def _averaged(
