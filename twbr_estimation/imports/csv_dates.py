@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..recording import FloatArray
+from .csv_numbers import few
 from .csv_time import unwrapped
 
 DAY, HOUR = 86400.0, 3600.0
@@ -35,8 +36,6 @@ _EPOCH_DAYS = 25569
 """Day of a spreadsheet's calendar that is 1970-01-01."""
 _CENTURY = (36526.0, 73051.0)
 """Days of that calendar from 2000 to 2100."""
-_FEW = 200
-"""Fields from which the form of a column is found."""
 _SHORTEST = 1e-5
 """No sensor is read more often than once in this time [s]."""
 
@@ -56,7 +55,7 @@ def clock_seconds(texts: Sequence[str]) -> tuple[FloatArray, str] | None:
         (partial(_date, month_first=month_first), "date and time"),
         (_time_of_day, "time of day"),
     ):
-        if not _most(read, texts[:: max(len(texts) // _FEW, 1)]):
+        if not _most(read, few(texts)):
             continue
         seconds = np.fromiter(map(read, texts), dtype=np.float64, count=len(texts))
         if 2 * np.count_nonzero(np.isfinite(seconds)) > seconds.size:

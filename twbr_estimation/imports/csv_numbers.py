@@ -22,6 +22,11 @@ _FEW = 200
 """Fields from which the form of a column is found."""
 
 
+def few(texts: Sequence[str]) -> Sequence[str]:
+    """Return fields of the whole column, enough to find its form."""
+    return texts[:: max(len(texts) // _FEW, 1)]
+
+
 def decimal_sign(fields: Iterable[str]) -> str:
     """Return "," where numbers have a comma before their fraction, else ".".
 
@@ -90,8 +95,7 @@ def _is_hexadecimal(texts: Sequence[str]) -> bool:
 
     A few fields that were cut off do not matter.
     """
-    step = max(len(texts) // _FEW, 1)
-    sample = [text.strip() for text in texts[::step] if text.strip()]
+    sample = [text.strip() for text in few(texts) if text.strip()]
     found = [text for text in sample if _DIGITS.fullmatch(text)]
     lengths = {len(text) for text in found}
     letters = any(re.search("[a-fA-F]", text) for text in found)
