@@ -82,6 +82,15 @@ def test_a_new_configuration_acts_from_the_next_sample_without_a_jump() -> None:
     assert set(live.compare(sample(0.2))) == {"gyro", "accelerometer"}
 
 
+def test_a_filter_that_judges_itself_takes_over_a_trusted_tilt_and_is_trusted() -> None:
+    live = stream(filter="complementary")
+    for _ in range(100):
+        before = live.step(sample(0.2))
+    assert live.trusted(before) and before.tilt_variance == 0.0
+    live.configure(FilterConfiguration(FilterSettings(filter="ins_odometer")))
+    assert all(live.trusted(live.step(sample(0.2))) for _ in range(100))
+
+
 @pytest.mark.parametrize("dt", [0.002, 0.005, 0.01])
 @pytest.mark.parametrize(
     ("values", "settings_dt"),
