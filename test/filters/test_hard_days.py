@@ -78,7 +78,9 @@ def test_wrong_encoders_are_found_out(name: str) -> None:
 
 LATE = pytest.param(
     "encoder 20 to 60 ms late",
-    marks=pytest.mark.xfail(reason="late wheels in slow motion pass for right ones: 0.2 %"),
+    marks=pytest.mark.xfail(
+        strict=True, reason="late wheels in slow motion pass for right ones: 0.2 %"
+    ),
 )
 
 
