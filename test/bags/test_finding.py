@@ -51,6 +51,7 @@ def test_parts_of_one_recording_are_one(tmp_path: Path, names: tuple[str, ...]) 
         ("a_0.mcap", "b_0.mcap"),
         ("a_1.mcap", "a_2.mcap"),
         ("a_0.mcap", "a_2.mcap"),
+        ("loose_0.mcap", "monday.mcap"),
     ],
 )
 def test_other_files_are_several_recordings(tmp_path: Path, names: tuple[str, ...]) -> None:

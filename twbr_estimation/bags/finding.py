@@ -89,7 +89,7 @@ def _are_parts(folder: Path, bags: list[Path]) -> bool:
 
     A recorder numbers them from 0, or, where the first are gone, they bear the folder's name.
     """
-    if any(_named_after(folder, bag) for bag in bags):
+    if _named_after(folder, bags):
         return True
     stems = {_PART.split(bag.name)[0] for bag in bags}
     numbers = sorted(-1 if (number := _number(bag)) is None else number for bag in bags)
@@ -178,7 +178,7 @@ def recordings_below(path: Path) -> list[Path]:
 def _below(folder: Path) -> list[Path]:
     entries = sorted(folder.iterdir())
     bags = _bags_in(folder)
-    if (folder / _METADATA).exists() or any(_named_after(folder, bag) for bag in bags):
+    if (folder / _METADATA).exists() or _named_after(folder, bags):
         return [folder]
     folders = [entry for entry in entries if entry.is_dir()]
     alone = all(entry.name == _CONFIGURATION for entry in folders)
@@ -192,5 +192,7 @@ def _below(folder: Path) -> list[Path]:
     return bags
 
 
-def _named_after(folder: Path, bag: Path) -> bool:
-    return re.match(rf"{re.escape(folder.resolve().name)}_\d+\.", bag.name) is not None
+def _named_after(folder: Path, bags: list[Path]) -> bool:
+    """Whether all files, of at least one, bear the folder's name and a number."""
+    named = re.compile(rf"{re.escape(folder.resolve().name)}_\d+\.")
+    return bool(bags) and all(named.match(bag.name) for bag in bags)
