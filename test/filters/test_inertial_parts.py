@@ -142,8 +142,8 @@ def test_what_was_learnt_in_doubt_is_not_recalled() -> None:
 def test_condemned_wheels_are_ignored_and_a_relapse_takes_longer_to_prove() -> None:
     check = condemned(begin_check())
     assert not believed(check)
-    assert check.verdict.ignored == 1.0
-    believed_again = check.verdict._replace(ignored=0.0, total=3.0, since=2.0)
-    again = condemned(check._replace(verdict=believed_again))
-    assert again.verdict.needed == RELAPSE_FACTOR * check.verdict.needed
+    assert check.trust.ignored == 1.0
+    believed_again = check.trust._replace(ignored=0.0, total=3.0, since=2.0)
+    again = condemned(check._replace(trust=believed_again))
+    assert again.trust.needed == RELAPSE_FACTOR * check.trust.needed
     assert condemned(again) == again

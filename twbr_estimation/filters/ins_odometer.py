@@ -257,7 +257,7 @@ def _adjusted(
         if rate != sample.gyro_z:
             deviation = YAW_SHARE * rate
             variance, clip = deviation * deviation, 0.0
-    if sample.wheel_count == 0.0 or state.check.verdict.ignored > 0.0:
+    if sample.wheel_count == 0.0 or state.check.trust.ignored > 0.0:
         factor = 1.0 / gravity.gain
     if factor == 1.0 and clip == sample.gyro_saturated_z:
         return sample
@@ -290,17 +290,15 @@ def _compared(
     strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
     if wheels > 0.0 and (strange > 1.0 or (off and vertical.age >= SEEN and not still)):
         check = condemned(check)
-    astray = check.verdict.ignored > 0.0 and check.verdict.since <= time
+    astray = check.trust.ignored > 0.0 and check.trust.since <= time
     lost = sample.dt > GAP and unseen > LOST_TURN
     if astray or lost or off:
         afresh = restarted_at_vertical(fixed, vertical, p, moved.memory, lost, off, c)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)
-    sound = (
-        (wheels == 0.0 or trustworthy(check)) and check.verdict.doubted == 0.0 and strange < SOUND
-    )
+    sound = (wheels == 0.0 or trustworthy(check)) and check.trust.doubted == 0.0 and strange < SOUND
     now = read(fixed, now.rate, sample)
-    sure = check.verdict.total == 0.0 and (aiding.calm >= HOLD or check.verdict.proven > PROVEN)
+    sure = check.trust.total == 0.0 and (aiding.calm >= HOLD or check.trust.proven > PROVEN)
     helped = wheels > 0.0 and sure
     doubt = (UNSEEN_WITH_WHEELS if helped else 1.0) * unseen_variance(vertical)
     if wheels == 0.0:
@@ -386,5 +384,5 @@ FILTER = Filter(
     derive=derive,
     uses_wheels=True,
     remarks=lambda state: wheel_remarks(state.check),
-    wheels_ignored=lambda state: state.check.verdict.total,
+    wheels_ignored=lambda state: state.check.trust.total,
 )

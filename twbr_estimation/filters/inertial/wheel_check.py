@@ -80,7 +80,7 @@ class Velocities(NamedTuple):
     """The same, averaged as the encoders' [m/s]."""
 
 
-class Verdict(NamedTuple):
+class Trust(NamedTuple):
     """What is held of the wheels."""
 
     proven: float
@@ -109,7 +109,7 @@ class WheelCheck(NamedTuple):
     """The same over a shorter time."""
     waiting: float
     """Time left in which nothing is compared [s]."""
-    verdict: Verdict
+    trust: Trust
     steps: Steps
     """Of the encoder."""
     unsure: float
@@ -125,7 +125,7 @@ def begin_check() -> WheelCheck:
         slow=zeros,
         fast=zeros,
         waiting=PROBATION,
-        verdict=Verdict(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN),
+        trust=Trust(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN),
         steps=Steps(0.0, 0.0, FIRST_STEP),
         unsure=0.0,
     )
@@ -133,12 +133,12 @@ def begin_check() -> WheelCheck:
 
 def believed(check: WheelCheck) -> bool:
     """Whether the wheels are used."""
-    return check.verdict.doubted == 0.0 and check.verdict.ignored == 0.0
+    return check.trust.doubted == 0.0 and check.trust.ignored == 0.0
 
 
 def proven(check: WheelCheck) -> bool:
     """Whether the wheels have proven right by moving as the accelerometer felt."""
-    return check.verdict.proven > PROVEN and check.waiting <= 0.0 and believed(check)
+    return check.trust.proven > PROVEN and check.waiting <= 0.0 and believed(check)
 
 
 def trustworthy(check: WheelCheck) -> bool:
@@ -149,47 +149,47 @@ def trustworthy(check: WheelCheck) -> bool:
 
 def restarted(check: WheelCheck) -> WheelCheck:
     """Return the check with velocities that begin afresh, as the attitude was replaced."""
-    return _with(check, 0.0, check.verdict)
+    return _with(check, 0.0, check.trust)
 
 
 def condemned(check: WheelCheck) -> WheelCheck:
     """Return the check with wheels that are ignored from now on, whatever the velocities show."""
-    verdict = check.verdict
-    if verdict.ignored > 0.0:
+    trust = check.trust
+    if trust.ignored > 0.0:
         return check
-    return _with(check, check.known, _ignoring(verdict, 0.0, verdict.doubted))
+    return _with(check, check.known, _ignoring(trust, 0.0, trust.doubted))
 
 
-def _ignoring(verdict: Verdict, proven: float, doubted: float) -> Verdict:
-    """Return the verdict that begins to ignore the wheels."""
-    needed = verdict.needed
-    if verdict.total > 0.0 and verdict.since < RELAPSE:
+def _ignoring(trust: Trust, proven: float, doubted: float) -> Trust:
+    """Return the trust that begins to ignore the wheels."""
+    needed = trust.needed
+    if trust.total > 0.0 and trust.since < RELAPSE:
         needed = min(RELAPSE_FACTOR * needed, LONGEST_PROOF)
-    return Verdict(proven, doubted, 1.0, 0.0, verdict.total, needed)
+    return Trust(proven, doubted, 1.0, 0.0, trust.total, needed)
 
 
-def _with(check: WheelCheck, known: float, verdict: Verdict) -> WheelCheck:
-    """Return the same velocities and squares with another verdict; see `WheelCheck`."""
+def _with(check: WheelCheck, known: float, trust: Trust) -> WheelCheck:
+    """Return the same velocities and squares with another trust; see `WheelCheck`."""
     return WheelCheck(
         known,
         check.velocities,
         check.slow,
         check.fast,
         check.waiting,
-        verdict,
+        trust,
         check.steps,
         check.unsure,
     )
 
 
-def _later(verdict: Verdict, dt: float) -> Verdict:
-    return Verdict(
-        verdict.proven,
-        verdict.doubted,
-        verdict.ignored,
-        verdict.since + dt,
-        verdict.total + verdict.ignored * dt,
-        verdict.needed,
+def _later(trust: Trust, dt: float) -> Trust:
+    return Trust(
+        trust.proven,
+        trust.doubted,
+        trust.ignored,
+        trust.since + dt,
+        trust.total + trust.ignored * dt,
+        trust.needed,
     )
 
 
@@ -273,7 +273,7 @@ def checked(
         slow=check.slow,
         fast=check.fast,
         waiting=check.waiting - dt,
-        verdict=_later(check.verdict, dt),
+        trust=_later(check.trust, dt),
         steps=stepped(check.steps, sample.wheel_angle),
         unsure=unsure,
     )
@@ -295,7 +295,7 @@ def _paused(
         slow=check.slow,
         fast=check.fast,
         waiting=max(check.waiting - sample.dt, FORGIVEN if blinded else PROBATION),
-        verdict=_later(check.verdict, sample.dt),
+        trust=_later(check.trust, sample.dt),
         steps=Steps(sample.wheel_angle, 0.0, check.steps.size),
         unsure=check.unsure,
     )
@@ -313,14 +313,14 @@ def _judged(
         nothing: the same with what the vertical is unsure by.
         dt: [s].
     """
-    felt, verdict = check.velocities.felt_smooth, check.verdict
+    felt, trust = check.velocities.felt_smooth, check.trust
     difference = rolled - felt
     squares = (difference * difference, rolled * rolled, felt * felt)
     slow = _averaged(check.slow, squares, dt / SLOW)
     fast = _averaged(check.fast, squares, dt / FAST)
     slow_share = slow[0] / (nothing + max(slow[1], slow[2]))
     fast_share = fast[0] / (nothing + max(fast[1], fast[2]))
-    doubted, lasting = verdict.doubted, verdict.proven
+    doubted, lasting = trust.doubted, trust.proven
     smaller, larger = min(fast[1], fast[2]), max(fast[1], fast[2])
     equal = fast[0] < EQUAL * (least + larger)
     if fast_share > ACQUITTED:
@@ -331,26 +331,24 @@ def _judged(
         doubted = 1.0
     elif fast_share < CLEARED:
         doubted = 0.0
-    verdict = Verdict(
-        lasting, doubted, verdict.ignored, verdict.since, verdict.total, verdict.needed
-    )
-    if verdict.ignored == 0.0 and slow_share > _limit(verdict) and slow[0] > EVIDENCE * least:
-        verdict = _ignoring(verdict, lasting, doubted)
-    elif verdict.ignored > 0.0 and lasting > verdict.needed:
-        verdict = Verdict(lasting, doubted, 0.0, 0.0, verdict.total, verdict.needed)
+    trust = Trust(lasting, doubted, trust.ignored, trust.since, trust.total, trust.needed)
+    if trust.ignored == 0.0 and slow_share > _limit(trust) and slow[0] > EVIDENCE * least:
+        trust = _ignoring(trust, lasting, doubted)
+    elif trust.ignored > 0.0 and lasting > trust.needed:
+        trust = Trust(lasting, doubted, 0.0, 0.0, trust.total, trust.needed)
         slow = fast
     return WheelCheck(
-        1.0, check.velocities, slow, fast, check.waiting, verdict, check.steps, check.unsure
+        1.0, check.velocities, slow, fast, check.waiting, trust, check.steps, check.unsure
     )
 
 
-def _limit(verdict: Verdict) -> float:
+def _limit(trust: Trust) -> float:
     """Return the share of the slow squares that condemns.
 
     Squares that have been averaged for less than their time stand for less than they are: what
     is not seen yet counts as right.
     """
-    return CONDEMNED * max(SLOW / verdict.since, 1.0) if verdict.total == 0.0 else CONDEMNED
+    return CONDEMNED * max(SLOW / trust.since, 1.0) if trust.total == 0.0 else CONDEMNED
 
 
 def _averaged(

@@ -21,9 +21,9 @@ def wheel_remarks(check: WheelCheck) -> tuple[str, ...]:
     Args:
         check: after the latest sample.
     """
-    if check.verdict.ignored == 0.0:
+    if check.trust.ignored == 0.0:
         return ()
-    since = f"the wheels contradict the IMU since {check.verdict.since:.1f} s"
+    since = f"the wheels contradict the IMU since {check.trust.since:.1f} s"
     return (f"{since}: {cause(check)}; wheels ignored",)
 
 
