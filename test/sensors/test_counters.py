@@ -21,6 +21,7 @@ from twbr_estimation.sensors.gpio_counter import (
     GpioCounter,
     open_gpio_counter,
 )
+from twbr_estimation.sensors.joint_encoders import JointEncoderSettings, open_encoders
 from twbr_estimation.sensors.simulated_counter import SimulatedCounter
 from twbr_estimation.sensors.sysfs_counter import SysfsCounter
 
@@ -81,6 +82,58 @@ def test_a_counter_without_ceiling_is_known_or_remarked(
     counter = SysfsCounter(str(folder))
     assert counter.modulus == modulus
     assert ("modulus" in counter.remark) == (modulus == WIDEST)
+
+
+@pytest.mark.parametrize(("driver", "modulus"), [("ftm-quaddec", 2**16), ("i8254", WIDEST)])
+def test_the_driver_of_a_counter_is_not_its_name(tmp_path: Path, driver: str, modulus: int) -> None:
+    """In sysfs, `name` is that of the device; the driver is a link beside it."""
+    count = tmp_path / "devices" / "29d0000.counter" / "counter0" / "count0"
+    count.mkdir(parents=True)
+    (count / "count").write_text("0\n")
+    (count.parent / "name").write_text("29d0000.counter\n")
+    (tmp_path / "drivers" / driver).mkdir(parents=True)
+    (count.parent.parent / "driver").symlink_to(tmp_path / "drivers" / driver)
+    (tmp_path / "counter0").symlink_to(count.parent)
+    counter = SysfsCounter(str(tmp_path / "counter0" / "count0"))
+    assert counter.modulus == modulus
+    assert (driver in counter.remark) == (modulus == WIDEST)
+
+
+@pytest.mark.parametrize("ceiling", ["1", "14"])
+def test_a_count_that_wraps_at_once_is_refused(count: Path, ceiling: str) -> None:
+    (count / "ceiling").write_text(ceiling)
+    with pytest.raises(SensorError, match=f"wraps at {int(ceiling) + 1}, too early"):
+        SysfsCounter(str(count))
+    with pytest.raises(SensorError, match="wraps at 2, too early"):
+        SysfsCounter(str(count), modulus=2)
+    assert SysfsCounter(str(count), modulus=16).modulus == 16
+
+
+@pytest.mark.parametrize("ceiling", [999, 65534, 2**24 - 1, 2**64 - 1])
+@pytest.mark.parametrize("step", [7, -7])
+def test_counts_are_followed_at_any_ceiling(count: Path, ceiling: int, step: int) -> None:
+    (count / "ceiling").write_text(f"{ceiling}\n")
+    (count / "count").write_text("3\n")
+    counter = SysfsCounter(str(count))
+    encoder = Encoder(counter, EncoderSettings(counts_per_turn=1000))
+    for index in range(1, 500):
+        (count / "count").write_text(f"{(3 + step * index) % (ceiling + 1)}\n")
+        position = encoder.read(index).position
+    assert position == pytest.approx(step * 499 * EncoderSettings(1000).angle_per_count)
+
+
+@pytest.mark.parametrize("text", [b"", b"off\n", b"\xff\xfe"])
+def test_a_file_without_a_number_is_one_clear_error(count: Path, text: bytes) -> None:
+    counter = SysfsCounter(str(count))
+    (count / "count").write_bytes(text)
+    with pytest.raises(OSError, match=r"/count: .* is no count"):
+        counter.read()
+    settings = JointEncoderSettings(joint_names=("wheel",), counters=(str(count),))
+    with pytest.raises(SensorError, match=r"wheel: .*/count: .* is no count"):
+        open_encoders(settings, lambda: 0)
+    (count / "ceiling").write_bytes(text)
+    with pytest.raises(SensorError, match="/ceiling: "):
+        SysfsCounter(str(count))
 
 
 def test_a_ceiling_of_zero_is_raised(count: Path) -> None:
@@ -341,10 +394,14 @@ class FakeGpiod:
     def __init__(self, gpiod: Any, error: int = 0) -> None:
         self.LineSettings, self.line, self.error = gpiod.LineSettings, gpiod.line, error
         self.asked: list[tuple[str, Any]] = []
+        self.labels = dict(self.LABELS)
+        self.denied: list[str] = []
 
     def Chip(self, path: str) -> Any:  # noqa: N802
+        if path in self.denied:
+            raise PermissionError(errno.EACCES, "Permission denied")
         chip = MagicMock()
-        chip.__enter__.return_value.get_info.return_value.label = self.LABELS[path]
+        chip.__enter__.return_value.get_info.return_value.label = self.labels[path]
         return chip
 
     def request_lines(self, path: str, config: Any, **_: Any) -> Any:
@@ -360,7 +417,7 @@ class FakeGpiod:
 def fake_gpiod(monkeypatch: pytest.MonkeyPatch) -> FakeGpiod:
     fake = FakeGpiod(pytest.importorskip("gpiod", minversion="2.1"))
     monkeypatch.setattr(gpio_counter, "_bindings", lambda: fake)
-    monkeypatch.setattr(gpio_counter, "glob", lambda _: list(fake.LABELS))
+    monkeypatch.setattr(gpio_counter, "glob", lambda _: list(fake.labels))
     return fake
 
 
@@ -373,12 +430,46 @@ def test_a_gpio_chip_is_found_by_its_label(fake_gpiod: FakeGpiod) -> None:
         open_gpio_counter("pinctrl-x", 5, 6)
 
 
+def test_a_gpio_chip_is_found_by_its_name(fake_gpiod: FakeGpiod) -> None:
+    open_gpio_counter("gpiochip4", 5, 6)
+    assert fake_gpiod.asked[0][0] == "/dev/gpiochip4"
+
+
+def test_a_gpio_label_of_two_chips_is_refused(fake_gpiod: FakeGpiod) -> None:
+    fake_gpiod.labels["/dev/gpiochip7"] = "pinctrl-rp1"
+    with pytest.raises(SensorError, match=r"4 and /dev/gpiochip7 are labelled 'pinctrl-rp1'"):
+        open_gpio_counter("pinctrl-rp1", 5, 6)
+
+
+def test_a_second_name_of_a_gpio_chip_is_no_second_chip(
+    fake_gpiod: FakeGpiod, tmp_path: Path
+) -> None:
+    (tmp_path / "gpiochip4").symlink_to("gpiochip0")  # as Raspberry Pi OS has it
+    fake_gpiod.labels = {str(tmp_path / "gpiochip0"): "pinctrl-rp1"}
+    fake_gpiod.labels[str(tmp_path / "gpiochip4")] = "pinctrl-rp1"
+    open_gpio_counter("pinctrl-rp1", 5, 6)
+    assert fake_gpiod.asked[0][0] == str(tmp_path / "gpiochip0")
+
+
+def test_a_gpio_chip_without_a_label_is_listed_but_not_meant(fake_gpiod: FakeGpiod) -> None:
+    fake_gpiod.labels["/dev/gpiochip7"] = ""
+    with pytest.raises(SensorError, match=r"'';.*gpiochip7 \(no label\)"):
+        open_gpio_counter("", 5, 6)
+
+
+def test_gpio_chips_that_must_not_be_opened_are_listed(fake_gpiod: FakeGpiod) -> None:
+    fake_gpiod.denied = list(fake_gpiod.labels)
+    with pytest.raises(SensorError, match=r"gpiochip4 \(Permission denied\); is the user in the"):
+        open_gpio_counter("pinctrl-rp1", 5, 6)
+
+
 @pytest.mark.parametrize(
     ("error", "words"),
     [
         (errno.EACCES, "group"),
         (errno.EBUSY, "gpioinfo"),
         (errno.ENOENT, r"gpiochip4 \(pinctrl-rp1\)"),
+        (errno.ENXIO, "no interrupts for these lines"),
     ],
 )
 def test_what_keeps_gpio_lines_away_is_advised_on(

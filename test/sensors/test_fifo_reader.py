@@ -33,6 +33,16 @@ class Stalling(SimulatedMpu6050):
     """Stalls to come [s], each once."""
     limit = 10**6
     """Bytes that the adapter reads in one transfer."""
+    capacity = 0
+    """Bytes in a FIFO that is smaller than its model's; 0 for that of the model."""
+    failing = -1
+    """Register whose next reads fail."""
+    failures = 0
+    """Number of these reads."""
+
+    @property
+    def _capacity(self) -> int:
+        return self.capacity or super()._capacity
 
     def _stall(self, name: str) -> None:
         self._clock.advance(getattr(self, name))  # type: ignore[attr-defined]
@@ -41,6 +51,9 @@ class Stalling(SimulatedMpu6050):
     def read(self, register: int, length: int) -> bytes:
         if length > self.limit:
             raise OSError(errno.EOPNOTSUPP, "Operation not supported")
+        if register == self.failing and self.failures:
+            self.failures -= 1
+            raise OSError(errno.EREMOTEIO, "Remote I/O error")
         if register == Register.FIFO_COUNT_H:
             self._stall("before_count")
         if register == Register.FIFO_R_W:
@@ -92,6 +105,43 @@ def test_a_stall_anywhere_publishes_no_torn_packet(
     if seconds > 0.5:
         assert bench.reader.counters.fifo_overflows >= 1
         assert "FIFO overflow" in bench.reader.last_error
+
+
+@pytest.mark.parametrize("capacity", [1020, 896, 512])
+@pytest.mark.parametrize("stall", ["before_count", "before_data", "after_data"])
+def test_a_copy_with_a_smaller_fifo_publishes_no_torn_packet(
+    clock: Any, capacity: int, stall: str
+) -> None:
+    bench = Bench(clock)
+    bench.chip.capacity = capacity
+    bench.reader.start()
+    readings = bench.run(0.1)
+    for seconds in (0.03, 0.0641, 0.3, 0.9):
+        setattr(bench.chip, stall, seconds)
+        readings += bench.run(0.5)
+        late = clock() - readings[-1].stamp
+        assert 0 <= late < 3_000_000, "stamps follow the clock"
+    assert _torn(readings) == 0
+    assert len(readings) > 1600
+
+
+@pytest.mark.parametrize(
+    "register", [Register.INT_STATUS, Register.FIFO_COUNT_H, Register.FIFO_R_W, Register.USER_CTRL]
+)
+@pytest.mark.parametrize("failures", [1, 3, 4])
+def test_transfers_that_fail_in_a_poll_move_no_stamp(
+    clock: Any, register: int, failures: int
+) -> None:
+    bench = Bench(clock)
+    bench.reader.start()
+    readings = bench.run(1.0)
+    bench.chip.failing, bench.chip.failures = register, failures
+    readings += bench.run(0.2)
+    assert bench.reader.running
+    true = [round(bench.chip.sample_time(index)) for index in range(1300)]
+    assert all(min(abs(each.stamp - time) for time in true) < 600_000 for each in readings)
+    assert 0 <= clock() - readings[-1].stamp < 2_000_000
+    assert _torn(readings) == 0
 
 
 def test_two_stalls_in_one_poll_do_not_tear_packets_for_ever(clock: Any) -> None:

@@ -29,6 +29,8 @@ class Kernel:
         self.bound = False
         self.transferred: int | None = None
         """Messages transferred; None for all."""
+        self.longest = 10**6
+        """Bytes that the adapter reads at once."""
 
     def ioctl(self, descriptor: int, request: int, argument: Any) -> int:
         os.fstat(descriptor)
@@ -47,6 +49,8 @@ class Kernel:
         if done == 2:
             first, second = messages
             assert second.addr == 0x68
+            if second.len > self.longest:
+                raise OSError(errno.EOPNOTSUPP, "Operation not supported")
             data = self.chip.read(bytes(first)[0], second.len)
             ctypes.memmove(second.buf, data, len(data))
         elif done == len(messages) == 1:
@@ -89,6 +93,15 @@ def test_an_adapter_without_plain_i2c_is_named_as_what_it_is(kernel: Kernel) -> 
     kernel.funcs = 0x0FFF0000
     with pytest.raises(SensorError, match=r"/dev/i2c-3: this adapter does SMBus commands only"):
         I2cRegisters(3, 0x68)
+
+
+def test_an_adapter_of_four_bytes_is_named_as_what_it_is(kernel: Kernel) -> None:
+    kernel.longest = 4
+    bus = I2cRegisters(1, 0x68)
+    assert len(bus.read(0x3B, 4)) == 4
+    with pytest.raises(OSError, match="the adapter does not read 14 bytes at once") as caught:
+        bus.read(0x3B, 14)
+    assert caught.value.errno == errno.EOPNOTSUPP, "which the reader of the FIFO adapts to"
 
 
 def test_a_chip_that_a_kernel_driver_holds_is_left_alone(kernel: Kernel) -> None:

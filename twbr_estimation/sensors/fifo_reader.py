@@ -95,7 +95,9 @@ class FifoReader:
         if packets == 0:
             return (), b""
         data = self._packets(packets)
+        self._torn = True  # where the next transfer fails, samples are lost that nobody stamped
         _require_no_overflow(self._retry(self._device.fifo_overflowed))
+        self._torn = False
         stamps = self.sample_clock.stamps(packets, now, trusted)
         self._counters.clock_jumps += self.sample_clock.jumps
         self.sample_clock.jumps = 0

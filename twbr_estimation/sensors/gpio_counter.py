@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import importlib
+import os
 from enum import Enum
 from glob import glob
 from typing import Any
@@ -24,6 +25,7 @@ ADVICE = {
     errno.EACCES: "is the user in the group that a udev rule gives the chip to?",
     errno.EPERM: "is the user in the group that a udev rule gives the chip to?",
     errno.EBUSY: "another program or a kernel driver holds a line; gpioinfo shows which",
+    errno.ENXIO: "the chip has no interrupts for these lines, as an expander without its own",
     errno.EINVAL: "does the chip have these lines, with interrupts and this bias?",
 }
 """Likely cause, by the error."""
@@ -138,7 +140,7 @@ def open_gpio_counter(
     """Request the lines of one encoder and count from zero.
 
     Args:
-        chip: Path of the chip, or its label, such as `pinctrl-rp1`.
+        chip: Path of the chip, its label, such as `pinctrl-rp1`, or its name, as `gpiochip0`.
         line_a: Offset of the line that leads when the count rises.
         line_b: Offset of the line that follows.
         line_index: Offset of the index line, if any.
@@ -167,28 +169,39 @@ def open_gpio_counter(
 
 
 def _labels(gpiod: Any) -> dict[str, str]:
-    """Return the labels of the chips that can be opened, by path."""
+    """Return the labels of the chips by path; of one that cannot be opened, why.
+
+    Links are left out: they are second names of chips that are there already.
+    """
     found = {}
     for path in sorted(glob(CHIPS)):
+        if os.path.islink(path):
+            continue
         try:
             with gpiod.Chip(path) as chip:
-                found[path] = str(chip.get_info().label)
-        except OSError:
-            continue
+                found[path] = str(chip.get_info().label) or "no label"
+        except OSError as error:
+            found[path] = error.strerror or str(error)
     return found
 
 
 def _available(gpiod: Any) -> str:
     labels = _labels(gpiod)
     listed = ", ".join(f"{path} ({label})" for path, label in labels.items())
-    return f"there are: {listed}" if listed else "there is no GPIO chip that can be opened"
+    return f"there are: {listed}" if listed else "this computer has no GPIO chip"
 
 
-def _path_of(gpiod: Any, label: str) -> str:
-    for path, found in _labels(gpiod).items():
-        if found == label:
-            return path
-    raise SensorError(f"gpio_chip: no chip is labelled {label!r}; {_available(gpiod)}")
+def _path_of(gpiod: Any, name: str) -> str:
+    """Return the path of the chip with that label, or with that name in /dev."""
+    labels = _labels(gpiod)
+    found = [path for path, label in labels.items() if label == name]
+    if len(found) > 1:
+        raise SensorError(f"gpio_chip: {' and '.join(found)} are labelled {name!r}; give a path")
+    if found or f"/dev/{name}" in labels:
+        return found[0] if found else f"/dev/{name}"
+    denied = errno.EACCES if os.strerror(errno.EACCES) in labels.values() else 0
+    advice = f"; {ADVICE[denied]}" if denied else ""
+    raise SensorError(f"gpio_chip: no chip is labelled {name!r}; {_available(gpiod)}{advice}")
 
 
 def _bindings() -> Any:

@@ -94,7 +94,13 @@ class I2cRegisters:
             self._reads[register, length] = found
         answer, transaction = found
         ctypes.memset(answer.buf, 0, length)  # what does not come must not look like the last
-        self._transfer(transaction, 2)
+        try:
+            self._transfer(transaction, 2)
+        except OSError as error:
+            if error.errno != errno.EOPNOTSUPP:
+                raise
+            text = f"the adapter does not read {length} bytes at once"
+            raise OSError(errno.EOPNOTSUPP, text) from None
         return bytes(answer)
 
     def write(self, register: int, value: int) -> None:

@@ -67,7 +67,7 @@ class JointEncoderSettings:
         int, Bounds(0, 2**62, "", "With sysfs: the count wraps here; 0 asks the device.")
     ] = 0
     gpio_chip: Annotated[
-        str, Meaning("With `gpio`: the chip's path, or its label as `gpiodetect` shows it.")
+        str, Meaning("With `gpio`: the chip's path, name or label, as `gpiodetect` shows them.")
     ] = "/dev/gpiochip0"
     gpio_bias: Annotated[
         Bias,

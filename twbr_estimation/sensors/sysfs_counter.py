@@ -14,8 +14,10 @@ COUNTS = "/sys/bus/counter/devices/counter*/count*"
 QUADRATURE = "quadrature x4"
 CEILINGS = (2**32 - 1, 2**16 - 1)
 """Tried in this order where a count has the ceiling 0, which it can never leave."""
-WIDTHS = {"ftm-quaddec": 2**16, "atmel_tcb": 2**16}
+WIDTHS = {"ftm-quaddec": 2**16}
 """Modulus of counters without a ceiling, by the name of their driver."""
+SMALLEST_MODULUS = 16
+"""Of a count that wraps earlier, one read does not tell forward from backward."""
 
 
 class SysfsCounter:
@@ -44,6 +46,11 @@ class SysfsCounter:
         try:
             self._set_up(use_index)
             self.modulus = modulus or self._asked_modulus()
+            if self.modulus < SMALLEST_MODULUS:
+                raise SensorError(
+                    f"{directory}: the count wraps at {self.modulus}, too early to tell forward "
+                    f"from backward; set `modulus`, or the ceiling, to {SMALLEST_MODULUS} or more"
+                )
         except SensorError:
             self.close()
             raise
@@ -87,24 +94,28 @@ class SysfsCounter:
                 return int(self._value("ceiling")) + 1
             except ValueError as error:
                 raise SensorError(f"{self._directory}/ceiling: {error}") from None
-        driver = self._directory.parent / "name"
-        name = driver.read_text().strip() if driver.exists() else "this counter"
-        if name in WIDTHS:
-            return WIDTHS[name]
+        driver = self._driver()
+        if driver in WIDTHS:
+            return WIDTHS[driver]
         self.remark = (
-            f"{self._directory}: {name} does not say where its count wraps; set `modulus`, such "
+            f"{self._directory}: {driver} does not say where its count wraps; set `modulus`, such "
             "as 65536 for 16 bits"
         )
         return WIDEST
+
+    def _driver(self) -> str:
+        """Return the driver's name; the attribute `name` is that of the device."""
+        device = self._directory.resolve().parent
+        link = device.parent / "driver"
+        if link.exists():
+            return link.resolve().name
+        return _text(device / "name") if (device / "name").exists() else "this counter"
 
     def _has(self, name: str) -> bool:
         return (self._directory / name).exists()
 
     def _value(self, name: str) -> str:
-        try:
-            return (self._directory / name).read_text().strip()
-        except OSError as error:
-            raise SensorError(f"{self._directory / name}: {error.strerror}") from None
+        return _text(self._directory / name)
 
     def _differs(self, name: str, value: str) -> bool:
         return self._has(name) and self._value(name) != value
@@ -123,8 +134,16 @@ class SysfsCounter:
             ) from None
 
     def read(self) -> int:
-        """Return the count."""
-        return int(os.pread(self._file, 32, 0))
+        """Return the count.
+
+        Raises:
+            OSError: it cannot be read, or is no number.
+        """
+        data = os.pread(self._file, 32, 0)
+        try:
+            return int(data)
+        except ValueError:
+            raise OSError(errno.EIO, f"{self._directory}/count: {data!r} is no count") from None
 
     def index(self) -> int | None:
         """Return None: the device acts on the index itself and keeps no mark of it."""
@@ -133,6 +152,13 @@ class SysfsCounter:
     def close(self) -> None:
         """Close the file; the hardware goes on counting."""
         os.close(self._file)
+
+
+def _text(attribute: Path) -> str:
+    try:
+        return attribute.read_text(errors="replace").strip()
+    except OSError as error:
+        raise SensorError(f"{attribute}: {error.strerror}") from None
 
 
 def _advice(attribute: Path, error: OSError) -> str:
