@@ -31,12 +31,14 @@ def test_the_truth_can_be_left_out(tmp_path):
     assert read_recording(bag).truth is None
 
 
-def test_an_existing_recording_stays_without_overwrite(tmp_path, capsys):
+def test_an_existing_recording_stays_without_overwrite(tmp_path, capsys, monkeypatch):
     bag = str(tmp_path / "drive")
     once = ["simulate", "--duration", "1", "--scene", "still", "-o", bag]
     assert main(once) == 0
-    assert main(once) == 1
-    assert "exists" in capsys.readouterr().err
+    with monkeypatch.context() as patched:  # refused before anything is simulated
+        patched.setattr("twbr_estimation.cli.simulate.simulated_by", None)
+        assert main(once) == 1
+    assert "exists already; --overwrite" in capsys.readouterr().err
     assert main([*once, "--overwrite"]) == 0
 
 

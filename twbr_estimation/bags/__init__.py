@@ -5,6 +5,13 @@ from __future__ import annotations
 from .finding import recordings_below
 from .reading import read_recording
 from .topics import TopicNames
-from .writing import BagTopic, write_recording
+from .writing import BagTopic, require_room, write_recording
 
-__all__ = ["BagTopic", "TopicNames", "read_recording", "recordings_below", "write_recording"]
+__all__ = [
+    "BagTopic",
+    "TopicNames",
+    "read_recording",
+    "recordings_below",
+    "require_room",
+    "write_recording",
+]

@@ -67,7 +67,7 @@ def write_recording(
     """
     target = Path(path)
     topics = [*_recording_topics(recording), *extra_messages]
-    _require_room(target, overwrite)
+    require_room(target, overwrite)
     size = sum(len(message) for entry in topics for message in entry.messages)
     with whole_folder(target, size, replace=overwrite) as folder:
         _write(folder, topics)
@@ -157,10 +157,15 @@ def _in_time(topics: Sequence[BagTopic]) -> Iterable[tuple[int, int, int]]:
     return zip(topic[order].tolist(), index[order].tolist(), stamps[order].tolist(), strict=True)
 
 
-def _require_room(target: Path, overwrite: bool) -> None:
+def require_room(target: Path, overwrite: bool) -> None:
+    """Check that a recording may be written there, before the work of making it.
+
+    Raises:
+        RecordingError: something exists there and `overwrite` is not set, or it is no recording.
+    """
     if not exists(target):
         return
     if not overwrite:
-        raise RecordingError(f"{target} exists; it is not overwritten unless asked for")
+        raise RecordingError(f"{target}: exists already; `overwrite` lets it be replaced")
     if not (target / "metadata.yaml").is_file():
         raise RecordingError(f"{target} is not a recording; it is not deleted")

@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
+from ..bags import require_room
 from ..bags.writing import estimator_topic
 from ..checks.check import check
 from ..checks.finding import noteworthy
@@ -45,6 +46,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import, write, and print a summary."""
+    require_room(arguments.output, arguments.overwrite)
     options = ImportOptions(arguments.columns, arguments.axis)
     log = load(arguments.file, arguments.format, options)
     if (frames := frames_of(arguments)) is not None:

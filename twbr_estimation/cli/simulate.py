@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ..bags import write_recording
+from ..bags import require_room, write_recording
 from ..bags.events import write_events
 from ..configuration.files import read_setup, write_section
 from ..configuration.of_recording import CONFIG_FOLDER
@@ -85,6 +85,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, write the recording with the robot's description, and print a summary."""
+    require_room(arguments.output, arguments.overwrite)
     simulated = simulated_by(arguments)
     stored = simulated
     if arguments.no_truth:
