@@ -139,3 +139,13 @@ def test_filters_in_full_name_every_parameter():
     for entry in listed_filters().values():
         assert entry.source in " ".join(printed.split())
         assert all(parameter.name in printed for parameter in entry.declared())
+
+
+def test_filters_in_full_keep_every_word_on_80_columns():
+    printed = run_twbr("filters", "all").stdout
+    words = " ".join(printed.split())
+    assert max(map(len, printed.splitlines())) <= 80
+    for entry in listed_filters().values():
+        for parameter in entry.declared():
+            assert " ".join(parameter.bounds.description.split()) in words
+            assert f"{parameter.name} = {parameter.default:g} [{parameter.bounds.unit}]" in words

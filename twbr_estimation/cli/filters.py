@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
+from rich.padding import Padding
 from rich.table import Table
 
 from ..filters import Filter, Parameter, filter_named, filters, listed_filters
@@ -91,26 +93,13 @@ def _print_filter(console: Console, entry: Filter) -> None:
     console.print(f"[bold]{entry.name}[/bold]: {entry.title} {entry.source}", highlight=False)
     if entry.tuned_dt is not None:
         console.print(f"  defaults tuned at {entry.tuned_dt:g} s", highlight=False)
-    if entry.declared():
-        console.print(_table(entry.declared()))
-    console.print()
-
-
-def _table(parameters: tuple[Parameter, ...]) -> Table:
-    table = Table(box=None, padding=(0, 1))
-    for heading in ("parameter", "default", "range", "unit"):
-        table.add_column(heading, no_wrap=True)
-    table.add_column("meaning", ratio=1, min_width=20)
-    for parameter in parameters:
+    for parameter in entry.declared():
         bounds = parameter.bounds
-        table.add_row(
-            parameter.name,
-            f"{parameter.default:g}",
-            f"{bounds.minimum:g} to {bounds.maximum:g}",
-            bounds.unit,
-            bounds.description,
-        )
-    return table
+        limits = f"{bounds.minimum:g} to {bounds.maximum:g}"
+        value = f"{parameter.default:g} [{bounds.unit}], {limits}"
+        console.print(Padding(f"{parameter.name} = {escape(value)}", (0, 0, 0, 2)), highlight=False)
+        console.print(Padding(escape(bounds.description), (0, 0, 0, 6)), highlight=False)
+    console.print()
 
 
 def markdown_page() -> str:
