@@ -67,6 +67,23 @@ def test_pictures_arrive_and_show_the_robot(browser: Browser) -> None:
     assert abs(math.radians(deg) - rad) < 2e-3 and abs(deg - reference - 0.573) < 0.2
 
 
+def test_a_page_that_does_not_keep_up_says_so(browser: Browser) -> None:
+    busy = "const end = performance.now() + 400; while (performance.now() < end);"
+    browser.evaluate(f"window.busy = setInterval(() => {{ {busy} }}, 450), 0")
+    until(browser, f"{mark('late')}.innerText.startsWith('late: ')")
+    browser.evaluate("clearInterval(window.busy)")
+
+
+def test_pictures_are_late_by_their_distance_or_their_age(browser: Browser) -> None:
+    def said_of(apart: int, age: int, gap: int = 0) -> str:
+        times = [apart * i + (gap if i > 10 else 0) for i in range(20)]
+        return str(browser.evaluate(f"twbr.lateness({[[time, age] for time in times]})"))
+
+    assert said_of(33, 50) == said_of(33, 50, gap=3000) == ""
+    assert said_of(250, 50) == "late: 4.0 pictures a second"
+    assert said_of(50, 1240) == "late: 20.0 pictures a second, 1.2 s behind"
+
+
 def test_text_from_the_robot_is_not_markup(browser: Browser) -> None:
     until(browser, "document.body.innerText.includes('filter_node: <img')")
     assert browser.evaluate("document.querySelectorAll('img[src=x]').length") == 0

@@ -83,6 +83,7 @@ class RobotView:
             "tilt": tilt.id,
             "error": error.id,
             "pad": actions.pad if actions else None,
+            "late": self._late.id if source.live else None,
             "onRequest": list(source.on_request),
         }
         ui.timer(REFRESH, self._refresh)
@@ -99,6 +100,7 @@ class RobotView:
             ui.label(self._source.name).classes("text-h6")
             self._chip = ui.badge("").classes("text-body1 twbr-state").props("data-mark=state")
             self._tilt = ui.label("").props("data-mark=tilt")
+            self._late = ui.label("").classes("text-warning text-bold").props("data-mark=late")
 
     def _refresh(self) -> None:
         self._tilt.set_text(_in_numbers(self._source.telemetry.pose))

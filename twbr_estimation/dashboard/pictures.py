@@ -119,12 +119,15 @@ class Viewer:
         """Traces on request that are shown."""
         self._frames: list[dict[str, Any]] = []
         self._arrived = asyncio.Event()
+        self._at = 0.0
+        """When the newest picture was made, by a clock that only the differences count of [s]."""
         self.sending = asyncio.create_task(self._send())
         """Ends when the browser has left, or has taken nothing for `LARGEST_DELAY`."""
 
     def offer(self, frame: dict[str, Any]) -> None:
         """Take a picture to send."""
         self._frames.append(frame)
+        self._at = round(asyncio.get_running_loop().time(), 3)
         self._arrived.set()
         if len(self._frames) > LARGEST_DELAY * PICTURES:
             self.sending.cancel()
@@ -136,7 +139,7 @@ class Viewer:
                 self._arrived.clear()
                 frames, self._frames = self._frames, []
                 frame = frames[0] if len(frames) == 1 else merged(frames)
-                await self.socket.send_text(text_of(frame))
+                await self.socket.send_text(text_of({**frame, "at": self._at}))
 
 
 def text_of(frame: dict[str, Any]) -> str:

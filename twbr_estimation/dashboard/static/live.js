@@ -8,6 +8,9 @@ const REPEAT = 100; // of a held command [ms]
 const RECONNECT = 1000; // [ms]
 const STILL = 500; // without a new picture, until the charts show values under the pointer [ms]
 const KNOB = 32; // way of the knob from the middle of the pad [px]
+const LOOK_BACK = 5000; // over which pictures are judged [ms]
+const LATE = 100; // time between two pictures that is usual and still fine [ms]
+const BEHIND = 300; // age of a picture, above the least of this connection, that is still fine [ms]
 const DIRECTIONS = {
   w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1],
   arrowup: [1, 0], arrowdown: [-1, 0], arrowleft: [0, 1], arrowright: [0, -1],
@@ -32,6 +35,21 @@ function product(a, b) {
   return a.map((row) => b[0].map((_, j) => row.reduce((sum, value, k) => sum + value * b[k][j], 0)));
 }
 
+function median(values) {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.floor(sorted.length / 2)];
+}
+
+// What is said of pictures, [time drawn, age] in ms each: nothing where they are in time.
+function lateness(pictures) {
+  if (pictures.length < 3) return "";
+  const apart = median(pictures.slice(1).map(([time], i) => time - pictures[i][0]));
+  const behind = median(pictures.map(([, age]) => age));
+  if (apart <= LATE && behind <= BEHIND) return "";
+  const delay = behind > BEHIND ? `, ${(behind / 1000).toFixed(1)} s behind` : "";
+  return `late: ${(1000 / apart).toFixed(1)} pictures a second${delay}`;
+}
+
 // Let one chart show the time that another one shows.
 function zoomAlike(from, to) {
   const [wanted] = from.getOption().dataZoom, [present] = to.getOption().dataZoom;
@@ -52,6 +70,8 @@ class Robot {
     this.frames = 0;
     this.known = "";
     this.tips = null;
+    this.pictures = [];
+    this.judging = setInterval(() => this.judge(), 1000);
     this.pad = new Pad(ids.pad === null ? null : getHtmlElement(ids.pad), (command) => this.say({ drive: command }));
     this.connect();
     requestAnimationFrame(() => this.draw());
@@ -61,7 +81,11 @@ class Robot {
     if (this.closed || document.hidden || this.socket?.readyState <= WebSocket.OPEN) return;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.socket = new WebSocket(`${scheme}://${location.host}/stream/${this.index}`);
-    this.socket.onopen = () => this.say({ show: this.shown });
+    this.socket.onopen = () => {
+      this.least = Infinity; // of this clock over that of the server [ms]
+      this.pictures = [];
+      this.say({ show: this.shown });
+    };
     this.socket.onmessage = (event) => this.take(JSON.parse(event.data));
     this.socket.onclose = () => {
       this.pad.release();
@@ -81,6 +105,8 @@ class Robot {
 
   take(frame) {
     this.frames += 1;
+    this.sent = 1000 * frame.at;
+    this.least = Math.min(this.least, performance.now() - this.sent);
     if (frame.reset) this.clear();
     for (const [name, points] of Object.entries(frame.traces)) {
       if (!this.traces.has(name)) this.traces.set(name, []);
@@ -128,8 +154,19 @@ class Robot {
     requestAnimationFrame(() => this.draw());
     if (!this.dirty || document.hidden) return;
     this.dirty = false;
+    const now = performance.now();
+    this.pictures.push([now, now - this.sent - this.least]);
     this.drawPose();
     if (!this.paused) this.drawCharts();
+  }
+
+  // Say where the page does not keep up: what it shows is then old.
+  judge() {
+    if (this.ids.late === null) return;
+    const first = performance.now() - LOOK_BACK;
+    this.pictures = this.pictures.filter(([time]) => time >= first);
+    const label = getHtmlElement(this.ids.late);
+    if (label) label.textContent = document.hidden ? "" : lateness(this.pictures);
   }
 
   drawCharts() {
@@ -212,6 +249,7 @@ class Robot {
 
   close() {
     this.closed = true;
+    clearInterval(this.judging);
     this.pad.close();
     this.socket?.close();
   }
@@ -300,6 +338,7 @@ class Pad {
 
 window.twbr = {
   robots: new Map(),
+  lateness,
   start(index, ids) {
     this.robots.get(index)?.close();
     this.robots.set(index, new Robot(index, ids));
