@@ -15,7 +15,14 @@ DASHBOARD = ["nicegui>=2.10"]
 DOCS = ["mkdocs-material>=9.5", "mkdocstrings[python]>=0.25"]
 DASK = ["distributed>=2023.12"]
 NOISE = ["allantools>=2024.4", "matplotlib>=3.6.3"]
-PEERS = ["vqf>=2.1", "imufusion>=1.3", "ahrs>=0.4", "riann>=0.2", "attipy>=0.0.7", "gtsam>=4.3"]
+PEERS = [
+    "vqf>=2.1",
+    "imufusion>=1.3",
+    "ahrs>=0.4",
+    "riann>=0.2",
+    "attipy>=0.0.7",
+    "gtsam>=4.3; python_version >= '3.11'",  # has no wheels for 3.10
+]
 PHYSICS = ["mujoco>=3.2"]
 REPORT = ["bokeh>=3.4", "Jinja2>=3.1", "matplotlib>=3.6.3"]
 SERIAL = ["pyserial>=3.5", "cobs>=1.2"]
