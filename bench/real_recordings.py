@@ -14,6 +14,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -174,6 +175,8 @@ def table(groups: dict[str, dict[str, dict[str, Figures]]], kind: str) -> None:
 
 def main(data: Path) -> None:
     """Print both tables."""
+    if find_spec("vqf") is None:
+        sys.exit("real recordings: vqf is missing: pip install '.[import,peers]'")
     groups: dict[str, dict[str, dict[str, Figures]]] = {}
     for case in cases(data):
         print(f"{case.group} {case.title}", file=sys.stderr, flush=True)
