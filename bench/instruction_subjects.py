@@ -326,7 +326,7 @@ def count_from_here() -> None:
 
 
 def count(part: str, turns: int, in_callgrind: bool) -> None:
-    """Run a part, between two marks for whoever counts; print how its steps ran."""
+    """Run a part, between two marks for the counter; print how its steps ran."""
     instruction_code.use_folder()
     run = subjects()[part]()
     run(turns // 5)

@@ -74,7 +74,7 @@ SUBJECTS: dict[str, Callable[[], Node | Sequence[Node]]] = {
 
 
 def announced() -> Node | Sequence[Node]:
-    """Create the subject and say so, for whoever measures the start."""
+    """Create the subject and report it, to time the start."""
     created = SUBJECTS[sys.argv[1]]()
     print("ready", flush=True)
     return created

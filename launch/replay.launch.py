@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction, Shutdown
 from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.configuration.files import configuration_files
-from twbr_estimation.nodes.dashboard_launch import PAGE_ARGUMENTS, page_parameters
+from twbr_estimation.nodes.launch_arguments import PAGE_ARGUMENTS, lossless, page_parameters
 
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"
@@ -70,7 +69,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         settings.append(given["settings"])
     sim_time = {"use_sim_time": given["use_sim_time"] == "true"}
     joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
-    common: list[object] = [lossless(given["namespace"]), sim_time]
+    common: list[object] = [lossless(CONFIG / "lossless.yaml", given["namespace"]), sim_time]
     chosen: dict[str, object] = {"compare": given["compare"].split(",")}
     if given["filter"]:
         chosen["filter"] = given["filter"]
@@ -84,18 +83,6 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     if page := page_parameters(given):
         found.insert(0, node("dashboard_node", [sim_time, page]))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
-
-
-def lossless(namespace: str) -> dict[str, object]:
-    """Return lossless.yaml for topics in a namespace."""
-    content = yaml.safe_load((CONFIG / "lossless.yaml").read_text(encoding="utf-8"))
-    prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
-    topics = content["/**"]["ros__parameters"]["qos_overrides"]
-    return {
-        f"qos_overrides.{prefix}{topic}.subscription.{name}": value
-        for topic, policies in topics.items()
-        for name, value in policies["subscription"].items()
-    }
 
 
 def configuration(bag: str, config: str) -> list[Path]:

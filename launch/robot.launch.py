@@ -17,7 +17,7 @@ from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
 from launch_ros.actions import Node, PushRosNamespace
 
 from twbr_estimation.configuration.files import configuration_files
-from twbr_estimation.nodes.dashboard_launch import PAGE_ARGUMENTS, page_parameters
+from twbr_estimation.nodes.launch_arguments import PAGE_ARGUMENTS, page_parameters
 
 PACKAGE = "twbr_estimation"
 CONFIG = Path(__file__).resolve().parent.parent / "config"

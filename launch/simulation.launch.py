@@ -12,13 +12,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import yaml
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
 from launch_ros.actions import Node, PushRosNamespace
 
-from twbr_estimation.nodes.dashboard_launch import PAGE_ARGUMENTS, page_parameters
 from twbr_estimation.nodes.declarations import declarations_of
+from twbr_estimation.nodes.launch_arguments import PAGE_ARGUMENTS, lossless, page_parameters
 from twbr_estimation.physics import SCENES
 from twbr_estimation.physics.simulate import spatial
 from twbr_estimation.robot import Robot
@@ -31,7 +30,7 @@ SWITCH = ["true", "false"]
 WHEEL_JOINTS = ["left_wheel_joint", "right_wheel_joint"]
 SWITCHES = ("disturbed", "stay_down", "lockstep", "compiled")
 START_TIMEOUT = 60.0
-"""In lockstep: wall time [s] for which nobody takes a standing clock for a dead sensor."""
+"""In lockstep: wall time [s] for which a clock that stands still is not a dead sensor."""
 
 
 def argument(
@@ -74,7 +73,8 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     given = context.launch_configurations
     in_lockstep = given["lockstep"] == "true"
     joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
-    lossless_topics = [lossless(given["namespace"])] if in_lockstep else []
+    reliable = lossless(CONFIG / "lossless.yaml", given["namespace"])
+    lossless_topics = [reliable] if in_lockstep else []
     sim_time = {"use_sim_time": in_lockstep or given["use_sim_time"] == "true"}
     common: list[Any] = [*lossless_topics, sim_time]
     known = told(given["world"], int(given["seed"]), given["physics"])
@@ -95,18 +95,6 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     if page := page_parameters(given):
         found.append(node("dashboard_node", [sim_time, page]))
     return [GroupAction([PushRosNamespace(given["namespace"]), *found])]
-
-
-def lossless(namespace: str) -> dict[str, Any]:
-    """Return lossless.yaml for topics in a namespace."""
-    content = yaml.safe_load((CONFIG / "lossless.yaml").read_text(encoding="utf-8"))
-    prefix = f"/{namespace.strip('/')}" if namespace.strip("/") else ""
-    topics = content["/**"]["ros__parameters"]["qos_overrides"]
-    return {
-        f"qos_overrides.{prefix}{topic}.subscription.{name}": value
-        for topic, policies in topics.items()
-        for name, value in policies["subscription"].items()
-    }
 
 
 def simulator(given: dict[str, str]) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def test_imports_point_down(path: Path) -> None:
             continue
         assert layer(parts[1]) <= layer(unit(path)), f"{path.name} imports {name}, a layer above"
         if {unit(path), parts[1]} == {"cli", "nodes"}:
-            pytest.fail(f"{path.name} imports {name}: nodes and cli know nothing of each other")
+            pytest.fail(f"{path.name} imports {name}: nodes and cli do not import each other")
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))

@@ -46,7 +46,7 @@ def test_a_filter_that_is_gone_leaves_nothing_that_breaks_the_others(tmp_path: P
     after = run("gyro")
     assert after.returncode == 0, after.stderr
     assert after.stdout == before.stdout.splitlines(keepends=True)[1]
-    assert len(list(package.rglob("gyro.*.loop"))) == 1, "a loop is kept that nobody reads"
+    assert len(list(package.rglob("gyro.*.loop"))) == 1, "a loop is kept that is never read"
 
 
 def test_without_a_place_for_the_cache_it_compiles_all_the_same() -> None:

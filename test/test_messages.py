@@ -1,4 +1,4 @@
-"""Messages are read and filled by attribute, whoever made them."""
+"""Messages are read and filled by attribute, whatever their class."""
 
 from __future__ import annotations
 

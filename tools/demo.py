@@ -1,7 +1,7 @@
 """Run the live graph on a recording: replay, correction, all filters side by side, evaluator.
 
 Run by `make demo`. It ends with the evaluator's table and says where its JSON lies. Each node
-is a process of its own, in a ROS domain that nobody else uses, as fast as the graph can take
+is a process of its own, in an unused ROS domain, as fast as the graph can take
 the recording. Without ROS the recording is evaluated by `twbr evaluate` instead.
 """
 

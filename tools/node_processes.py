@@ -27,7 +27,7 @@ class Graph:
         self._folder = folder
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self.domain = unused_domain()
-        """The ROS domain of all of them, which nobody else on this machine uses."""
+        """The ROS domain of all of them, which no other program on this machine uses."""
         self._environment = {
             **os.environ,
             "ROS_DOMAIN_ID": str(self.domain),
@@ -112,7 +112,7 @@ class Graph:
 
 
 def unused_domain() -> int:
-    """Return a ROS domain whose discovery port nobody on this machine holds, and hold it.
+    """Return a ROS domain whose discovery port is free on this machine, and hold it.
 
     Who looks for an unused domain does not take it between two nodes of this process either.
     """

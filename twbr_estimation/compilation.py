@@ -88,7 +88,7 @@ class _CheckedFiles(_Files):  # type: ignore[misc]
     """Files of the cache that end in a digest of their name and content.
 
     Machine code with a wrong bit runs, and gives wrong figures or none. What is damaged, or comes
-    from elsewhere, is thrown away; the loop is then compiled anew.
+    from elsewhere, is thrown away; the loop is then compiled again.
     """
 
     @classmethod
@@ -238,8 +238,8 @@ def _let_compile(function: Any) -> None:
 def source_version(patterns: tuple[str, ...]) -> str:
     """Return a digest of the package's sources that match the patterns, numba and processor.
 
-    The disk cache sees only changes of the loop's own file; with this digest in its name it
-    sees changes of the step functions, too.
+    The disk cache notices only changes of the loop's own file; with this digest in its name it
+    notices changes of the step functions, too.
     """
     package = Path(__file__).parent
     digest = hashlib.sha256(f"{numba.__version__} {get_host_cpu_name()}".encode())

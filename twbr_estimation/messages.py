@@ -72,7 +72,7 @@ def tilt_of_quaternion(x: Any, y: Any, z: Any, w: Any) -> Any:
     """Return the tilt [rad] of quaternions from body to world, numbers or arrays.
 
     With u the world's up direction in body axes it is atan2(-u_x, u_z): the angle about the
-    body's y axis, the wheel axle, that an encoder on the axle sees and that the
+    body's y axis, the wheel axle, that an encoder on the axle measures and that the
     accelerometer of a robot at rest shows, Laddach 2022 (13). It is the pitch of REP-103
     where the robot does not roll, positive leaning forward, and counts to +-pi. The length
     of the quaternion does not matter.

@@ -1,4 +1,4 @@
-"""A recording in memory: what the sensors and the reference said, as arrays."""
+"""A recording in memory: readings of the sensors and the reference, as arrays."""
 
 from __future__ import annotations
 

@@ -344,7 +344,7 @@ class CorrectionSettings:
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """Everything the correction needs to know: robot, calibration and settings.
+    """Everything the correction depends on: robot, calibration and settings.
 
     Raises:
         ConfigurationError: a part of another type.

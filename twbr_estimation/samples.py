@@ -115,7 +115,7 @@ def is_saturated(sample: CorrectedSample) -> bool:
 
 
 class TiltEstimate(NamedTuple):
-    """What a filter says about the robot at the stamp of a sample."""
+    """Result of a filter at the stamp of a sample."""
 
     tilt: float
     """Tilt [rad], positive leaning forward."""

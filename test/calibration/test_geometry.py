@@ -25,7 +25,7 @@ DT = 0.004
 
 @cache
 def driven(world: str, seed: int):
-    """Return what a drive tells of a robot known from a rest only, and the robot."""
+    """Return what a drive shows of a robot known from a rest only, and the robot."""
     still = simulate(world, 0.01, 30.0, seed, "still")
     biases = calibrate_still(still.recording, Setup(), StillOptions()).calibration
     drive = simulate(world, DT, 60.0, seed)

@@ -103,7 +103,7 @@ def carried(angle: np.ndarray) -> np.ndarray:
 
 
 def turned(angle: float) -> Callable[[Simulated], Faulty]:
-    """Return a fault: the IMU sits turned about the vertical, and nobody says so."""
+    """Return a fault: the IMU sits turned about the vertical, and `mounting` does not say so."""
     cosine, sine = np.cos(angle), np.sin(angle)
     seen = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 

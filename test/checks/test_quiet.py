@@ -132,7 +132,7 @@ def test_two_causes_that_fit_alike_are_both_named() -> None:
     quiet = replace(balancing(3, height=PENDULUM), reference=None)
     setup = replace(SETUP, robot=replace(SETUP.robot, lever_arm=(0.0, 0.0, PENDULUM)))
     (only,) = noteworthy(check(wheels(quiet, lambda angle: -angle), setup))
-    assert "does not tell this from: " in only.text
+    assert "cannot distinguish this from: " in only.text
     assert {"gyro", "wheels"} <= {only.subject, only.text.partition("this from: ")[2].split(":")[0]}
 
 

@@ -69,13 +69,13 @@ def test_periods_that_do_not_fit_are_refused():
 
 
 NOT_BY_ITSELF = {
-    "dynamic_calibrating": "its model of the robot knows no pushes: one puts it off by 17 deg",
+    "dynamic_calibrating": "its model of the robot has no pushes: one makes an error of 17 deg",
     "dynamic_planar": "the same: it falls",
     "dynamic_yaw": "the same: it falls",
     "accelerometer": "vibration and the robot's own motion: it falls within seconds",
     "alpha_beta_classic": "kept as printed, for a sensor of position alone: it falls at once",
 }
-"""Filters that cannot balance the robot, whoever spoke before."""
+"""Filters that cannot balance the robot, whichever was active before."""
 
 
 def test_switching_every_second_under_pushes_neither_falls_nor_jumps():

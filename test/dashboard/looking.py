@@ -72,7 +72,7 @@ def said(browser: Browser, words: str) -> None:
 
 
 def hide(browser: Browser, hidden: bool) -> None:
-    """Let the page believe that it is hidden, or shown again."""
+    """Hide the page, or show it again."""
     browser.evaluate(
         f"Object.defineProperty(document, 'hidden', {{ value: {str(hidden).lower()}, "
         "configurable: true }); document.dispatchEvent(new Event('visibilitychange'))"

@@ -187,7 +187,7 @@ def test_learns_the_gain_of_the_gyro() -> None:
 
 
 def test_learns_what_calibration_left_of_the_accelerometer() -> None:
-    """Told of no residual, the same filter is worse in W3."""
+    """Without a residual, the same filter is worse in W3."""
     figures: dict[float, list[float]] = {0.0: [], 0.03: []}
     for told, found in figures.items():
         for seed in UNSEEN:

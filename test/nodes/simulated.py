@@ -1,4 +1,4 @@
-"""A simulated robot on the topics of a test's graph, in lockstep with whoever commands it."""
+"""A simulated robot on the topics of a test's graph, in lockstep with its commands."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def test_it_outlives_failing_reads(graph: Any, monkeypatch: pytest.MonkeyPatch) 
     graph.spin_until(lambda: node.errors == 3)
     assert node.is_active
     assert node.report()[:2] == (Level.WARN, "3 reads failed")
-    assert node.report().level is Level.OK, "a report tells what is new"
+    assert node.report().level is Level.OK, "a report holds what is new"
     counter.fail(8)  # opened again
     graph.spin_until(lambda: not node.is_open)
     before = len(received)

@@ -1,4 +1,4 @@
-"""Output that nobody takes is lost; nobody waits for it."""
+"""Output that is not read is lost; the node does not wait for it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A user's own controller on our tilt, in the whole loop: simulator, correction, filter, motors.
 
 All are nodes in lockstep; the robot's sensors have their errors and their noise. Remaps and
-parameters alone reach the controllers, which know nothing of this package.
+parameters alone reach the controllers, which do not use this package.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is said at the start: one line for what rcl refuses, a warning for what nobody takes."""
+"""Messages at the start: one line for what rcl refuses, a warning for what no node takes."""
 
 from __future__ import annotations
 

@@ -90,17 +90,22 @@ def swing(seconds: float, degrees: float = 6.0) -> FloatArray:
     return np.asarray(math.radians(degrees) * np.sin(2.0 * math.pi * 0.9 * time))
 
 
+def fast_turn(degrees: float, duration: float, back: bool) -> FloatArray:
+    """Return the tilt [rad] of a turn that begins at 3 s, and of one back 0.3 s after it."""
+    time = np.arange(0.0, 8.0, DT)
+    tilt = smooth(time, 3.0, duration)
+    if back:
+        tilt = tilt - smooth(time, 3.3 + duration, duration)
+    return math.radians(degrees) * tilt
+
+
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize(("degrees", "duration"), [(90.0, 0.1), (180.0, 0.1), (180.0, 0.3)])
 @pytest.mark.parametrize("name", PLANAR)
 def test_a_turn_beyond_the_gyros_range_is_noticed_and_made_up_for(
     name: str, degrees: float, duration: float, back: bool
 ) -> None:
-    time = np.arange(0.0, 8.0, DT)
-    tilt = smooth(time, 3.0, duration)
-    if back:
-        tilt = tilt - smooth(time, 3.3 + duration, duration)
-    tilt = math.radians(degrees) * tilt
+    tilt = fast_turn(degrees, duration, back)
     rest = 3.3 + 2.0 * duration if back else 3.0 + duration
     found = run(name, tilt, list(samples(tilt, seed=11)))
     assert found.error.max() > 10.0  # the gyro hides a good part of it
@@ -115,11 +120,7 @@ def test_a_turn_beyond_the_gyros_range_is_noticed_and_made_up_for(
 def test_a_filter_that_judges_itself_is_not_believed_in_a_turn_that_it_did_not_see(
     name: str, degrees: float, duration: float, back: bool
 ) -> None:
-    time = np.arange(0.0, 8.0, DT)
-    tilt = smooth(time, 3.0, duration)
-    if back:
-        tilt = tilt - smooth(time, 3.3 + duration, duration)
-    tilt = math.radians(degrees) * tilt
+    tilt = fast_turn(degrees, duration, back)
     rest = 3.3 + 2.0 * duration if back else 3.0 + duration
     found = run(name, tilt, list(samples(tilt, seed=17)))
     assert found.wrong_and_trusted() < 1e-3

@@ -145,7 +145,7 @@ class LiveRobot:
         """Stand the simulated robot up; a request to a killed simulator is never answered.
 
         Raises:
-            TimeoutError: nobody answers.
+            TimeoutError: no node answers.
         """
         for _ in range(attempts):
             future = self._standing.call_async(Trigger.Request())

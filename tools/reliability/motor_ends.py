@@ -1,4 +1,4 @@
-"""Ends and deadlocks of a controller's own process, and what its client sees of them."""
+"""Ends and deadlocks of a controller's own process, and what its client receives then."""
 
 from __future__ import annotations
 

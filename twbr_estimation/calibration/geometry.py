@@ -50,7 +50,7 @@ LIMITS = {
 }
 """Largest standard error with which a quantity counts as determined, SI units."""
 ESTIMATED = ("robot.wheel_radius", "robot.lever_arm", "robot.encoder_placement")
-"""Parameters whose wrong values are what geometry is there for."""
+"""Parameters that this calibration corrects; wrong values of them are expected."""
 UNSEEN = "motion in one plane does not show it"
 
 

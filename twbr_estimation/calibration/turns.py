@@ -26,7 +26,7 @@ END = 0.5
 SAME_POSE = math.radians(15.0)
 """Largest angle between the poses at both ends [rad]."""
 LEAST_TURN = 0.75
-"""Fewer turns than this are none."""
+"""Fewer turns than this are not counted as turns."""
 
 
 @dataclass(frozen=True, slots=True)

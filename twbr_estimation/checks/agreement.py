@@ -105,8 +105,8 @@ def _not_comparable(rows: Rows, robot: Robot, noise: float) -> str:
 
 
 def _or(finding: Finding, other: Finding) -> Finding:
-    """Return a finding that names another one, from which the motion does not tell it."""
-    text = f"{finding.text}. The motion does not tell this from: {other.sentence}"
+    """Return a finding that names another one, which the motion cannot distinguish from it."""
+    text = f"{finding.text}. The motion cannot distinguish this from: {other.sentence}"
     return replace(finding, text=text)
 
 

@@ -17,8 +17,8 @@ CLEARLY = 0.8
 UNLIKE = 1.5
 """Two wheels whose accelerations differ by more than this factor are not both wrong alike."""
 NEAR = 1.35
-"""Two causes that leave the same within this factor cannot be told apart."""
-_CONTRADICTED = 2.5  # what a cause leaves counts this many times where other data speak against it
+"""Two causes that leave the same within this factor cannot be distinguished."""
+_CONTRADICTED = 2.5  # what a cause leaves counts this many times where other data contradict it
 _RARER = 1.3  # the same of a fault that imitates a simpler one
 _UNUSUAL = 1.5  # the same of a factor that is no unit's
 _TIE = 1.1

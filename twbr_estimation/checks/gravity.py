@@ -32,7 +32,7 @@ AT_REST, HARDLY, MEDIAN = "at rest", "hardly tilting", "in the median"
 MOVING = 0.3
 """Share by which the median force of a robot that never rests may differ from gravity."""
 REMOVED = 0.2
-"""A smaller share of gravity is none."""
+"""A smaller share of gravity counts as 0."""
 REST_RATE = 0.05
 """Rates below this are rest, whatever the bias [rad/s]."""
 REST_FORCE = 0.3

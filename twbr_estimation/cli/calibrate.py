@@ -181,7 +181,7 @@ def _table(recordings: Sequence[Recording], findings: Findings) -> Table:
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for each in findings.quantities:
-        found = _shown(each, each.value) if each.value is not None else "not told"
+        found = _shown(each, each.value) if each.value is not None else "not known"
         cells = (_shown(each, each.before), found, _shown(each, each.error))
         table.add_row(each.name, *cells, each.unit.shown)
     return table

@@ -14,11 +14,9 @@ from ..checks.table import from_json, print_findings
 from ..many.checking import Checking
 from ..many.places import recordings_at
 from ..many.running import WHOLE, Failure
-from ..scoring.table import write_json
 from .arguments import add_recordings, add_settings, topic_names
 from .frames import add_frames, frames_of
-from .main import INTERRUPTED
-from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
+from .many import add_many, carried_out, is_single, print_failures, write_figures
 
 
 def add_parser(subparsers: Any) -> None:
@@ -49,11 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         path = Path(places[0])
         found = {places[0]: job.run(job.open(places[0], path), WHOLE)}
     else:
-        with table_of(arguments) as table:
-            try:
-                done = carried_out(arguments, job, places, table)
-            except Interrupted:
-                return INTERRUPTED
+        with carried_out(arguments, job, places) as done:
             results = [done.results(number) for number in range(len(places))]
         failures = done.failures()
         found = {
@@ -63,10 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
         }
     for place, result in found.items():
         _print(console, place, result)
-    if arguments.json is not None:
-        failed = [{"source": each.place, "reason": str(each)} for each in failures]
-        document = {"recordings": [_document(*each) for each in found.items()]}
-        write_json(arguments.json, {**document, "failed": failed} if failed else document)
+    write_figures(arguments, {"recordings": [_document(*each) for each in found.items()]}, failures)
     severities = [worst(from_json(result["findings"])) for result in found.values()]
     status = print_failures(Console(stderr=True), failures)
     return 1 if Severity.FAIL in severities else status

@@ -19,10 +19,9 @@ from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
 from ..many.places import recordings_at
 from ..scoring.errors import RecordingScore, as_json
-from ..scoring.table import print_many_scores, print_scores, write_json, write_scores
+from ..scoring.table import print_many_scores, print_scores, write_scores
 from .arguments import add_request, finish_compiling, in_flags, request_of
-from .main import INTERRUPTED
-from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
+from .many import add_many, carried_out, is_single, print_failures, write_figures
 
 
 def add_parser(subparsers: Any) -> None:
@@ -72,13 +71,8 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
     from ..many.evaluation import Evaluation, merged
 
     errors, quiet = Console(stderr=True), arguments.json == "-"
-    with table_of(arguments) as table:
-        try:
-            done = carried_out(
-                arguments, Evaluation.of(request), places, table, chosen(request.names)
-            )
-        except Interrupted:
-            return INTERRUPTED
+    job = Evaluation.of(request)
+    with carried_out(arguments, job, places, chosen(request.names)) as done:
         found = (
             merged(place, request.names, done.results(number))
             for number, place in enumerate(places)
@@ -86,10 +80,7 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
         scores = [_in_flags(score) for score in found if score is not None]
     console, failures = Console(stderr=quiet), done.failures()
     print_many_scores(console, scores)
-    if arguments.json is not None:
-        failed = [{"source": each.place, "reason": str(each)} for each in failures]
-        document = as_json(scores)
-        write_json(arguments.json, {**document, "failed": failed} if failed else document)
+    write_figures(arguments, as_json(scores), failures)
     finish_compiling(request, errors)
     return print_failures(errors, failures)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from datetime import timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -17,6 +17,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
 from ..errors import ConfigurationError
+from ..scoring.table import write_json
 from .arguments import in_flags
 
 if TYPE_CHECKING:  # what one recording does not need is imported where it is used
@@ -34,10 +35,6 @@ PAUSE = 30.0
 """Time between two lines about progress where there is no terminal [s]."""
 
 
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C, after which it was said what is kept."""
-
-
 def add_workers(parser: argparse.ArgumentParser) -> None:
     """Add who does the work."""
     where = parser.add_mutually_exclusive_group()
@@ -45,7 +42,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
         "--jobs", type=int, metavar="N", help="local processes; default: one a processor"
     )
     where.add_argument(
-        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, which authenticates nobody"
+        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, which checks no passwords"
     )
 
 
@@ -93,36 +90,44 @@ def is_single(arguments: argparse.Namespace, places: Sequence[str]) -> bool:
     return len(places) == 1 and not is_address(places[0]) and given == (None, None, None)
 
 
+@contextmanager
 def carried_out(
+    arguments: argparse.Namespace, job: Job, places: Sequence[str], entries: Iterable[Filter] = ()
+) -> Iterator[Series]:
+    """Do a job with recordings, and give its results while the table of results is open.
+
+    Args:
+        arguments: of `add_many`: workers and table.
+        job: what is done.
+        places: the recordings.
+        entries: filters whose loops are compiled first, where that pays.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C; a line says what is kept.
+    """
+    from ..many.results import open_table
+
+    with closing(open_table(arguments.results)) as table:
+        yield _carried_out(arguments, job, places, table, list(entries))
+
+
+def _carried_out(
     arguments: argparse.Namespace,
     job: Job,
     places: Sequence[str],
     table: ResultTable,
-    entries: Iterable[Filter] = (),
+    entries: Sequence[Filter],
 ) -> Series:
-    """Do a job with recordings on the workers that the arguments name.
-
-    Args:
-        arguments: of `add_many`.
-        job: what is done.
-        places: the recordings.
-        table: of results.
-        entries: filters whose loops are compiled first, where that pays.
-
-    Raises:
-        Interrupted: Ctrl-C; a line says what is kept.
-    """
     from ..batch.running import COMPILE_AFTER
     from ..many.contents import size_of
     from ..many.running import run
 
     console = Console(stderr=True)
     size = sum(map(size_of, places))
-    chosen = list(entries)
 
     def prepare() -> None:
-        if chosen and arguments.dask is None and size > COMPILE_AFTER * BYTES_A_SAMPLE:
-            _compile(console, chosen)
+        if entries and arguments.dask is None and size > COMPILE_AFTER * BYTES_A_SAMPLE:
+            _compile(console, entries)
 
     try:
         with (
@@ -137,7 +142,7 @@ def carried_out(
             highlight=False,
             soft_wrap=True,
         )
-        raise Interrupted from None
+        raise
 
 
 def _compile(console: Console, entries: Sequence[Filter]) -> None:
@@ -187,13 +192,10 @@ def print_failures(console: Console, failures: Sequence[Failure]) -> int:
     return 1 if failures else 0
 
 
-@contextmanager
-def table_of(arguments: argparse.Namespace) -> Iterator[ResultTable]:
-    """Give the table of results that the arguments of `add_many` name."""
-    from ..many.results import open_table
-
-    table = open_table(arguments.results)
-    try:
-        yield table
-    finally:
-        table.close()
+def write_figures(
+    arguments: argparse.Namespace, document: Mapping[str, Any], failures: Sequence[Failure]
+) -> None:
+    """Write a JSON document where `--json` asks for it, with what failed."""
+    failed = [{"source": each.place, "reason": str(each)} for each in failures]
+    if arguments.json is not None:
+        write_json(arguments.json, {**document, "failed": failed} if failed else document)

@@ -22,17 +22,15 @@ from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE
 from ..report.pictures import noise_picture
-from ..scoring.table import write_json
 from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
-from .main import INTERRUPTED
-from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
+from .many import add_many, carried_out, is_single, print_failures, write_figures
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the verb and its arguments."""
     parser = subparsers.add_parser(
         "noise",
-        description="Tell how noisy the sensors are. A recording with a reference gives the "
+        description="Measure the noise of the sensors. A recording with a reference gives the "
         "spectra of the angle's error before and after the correction; a robot at rest gives "
         "the gyro's spectrum, Allan deviations and the drift of the bias.",
     )
@@ -73,20 +71,13 @@ def run(arguments: argparse.Namespace) -> int:
         drawn = _analysed(places, job)
         found = [as_json(noise) for noise in drawn]
     else:
-        with table_of(arguments) as table:
-            try:
-                done = carried_out(arguments, job, places, table)
-            except Interrupted:
-                return INTERRUPTED
+        with carried_out(arguments, job, places) as done:
             results = [done.results(number) for number in range(len(places))]
         found = [dict(result[WHOLE]) for result in results if WHOLE in result]
         failures = done.failures()
     for figures in found:
         _print_noise(console, figures)
-    if arguments.json is not None:
-        failed = [{"source": each.place, "reason": str(each)} for each in failures]
-        document = {"recordings": found}
-        write_json(arguments.json, {**document, "failed": failed} if failed else document)
+    write_figures(arguments, {"recordings": found}, failures)
     if arguments.plot is not None:
         noise_picture(drawn, arguments.plot)
         console.print(f"drawn: {escape(str(arguments.plot))}", highlight=False, soft_wrap=True)

@@ -25,8 +25,7 @@ from ..report.page import render
 from ..report.pictures import tilt_picture
 from ..report.traces import styles_of, traces_of
 from .arguments import add_request, finish_compiling, request_of
-from .main import INTERRUPTED
-from .many import Interrupted, add_many, carried_out, is_single, print_failures, table_of
+from .many import add_many, carried_out, is_single, print_failures
 
 TOGETHER = 8
 """Recordings on one page, at most."""
@@ -90,11 +89,7 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
     _refuse_existing([index], arguments.overwrite)
     command = shlex.join(["twbr", *sys.argv[1:]])
     job = Reporting(request, arguments.output.resolve(), command)
-    with table_of(arguments) as table:
-        try:
-            done = carried_out(arguments, job, places, table, chosen(request.names))
-        except Interrupted:
-            return INTERRUPTED
+    with carried_out(arguments, job, places, chosen(request.names)) as done:
         results = {place: done.results(number) for number, place in enumerate(places)}
     pages = {place: each[WHOLE] for place, each in results.items() if WHOLE in each}
     failures = done.failures()

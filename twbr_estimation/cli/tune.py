@@ -6,7 +6,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -35,7 +35,7 @@ from .arguments import (
     topic_names,
 )
 from .main import INTERRUPTED
-from .many import add_many, table_of, workers_of
+from .many import add_many, workers_of
 
 DEFAULT_OUTPUT = "filters.yaml"
 
@@ -155,14 +155,15 @@ def _remembering(
 ) -> Iterator[Workers]:
     """Give workers that tune no filter again that the table of results holds.
 
-    Without `--results`, one recording is tuned anew each time.
+    Without `--results`, one recording is tuned again each time.
     """
     if arguments.results is None and len(request.training) == 1:
         yield workers
         return
     from ..many.remembering import Remembering
+    from ..many.results import open_table
 
-    with table_of(arguments) as table:
+    with closing(open_table(arguments.results)) as table:
         yield Remembering(workers, table, "tune", asdict, TunedFilter.of)
 
 

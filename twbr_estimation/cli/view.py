@@ -23,7 +23,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="address to serve on; %(default)s")
     parser.add_argument("--port", type=int, default=8080, help="TCP port; default: %(default)s")
     parser.add_argument(
-        "--token", default="", help="what other computers must give; default: made anew"
+        "--token", default="", help="what other computers must give; default: a new one each time"
     )
     parser.set_defaults(run=run)
 

@@ -112,7 +112,7 @@ def require_distinct(frames: FrameNames) -> None:
 
 
 def _remarks(robot: Robot) -> list[str]:
-    """Return what a reader of the document should know."""
+    """Return remarks for the reader of the document."""
     remarks = ["Written by twbr urdf from robot.yaml. Metres, kilograms, radians."]
     if robot.track_width <= 0.0:
         remarks.append(f"robot.track_width is unknown: the wheels are {_track(robot):g} m apart.")

@@ -56,7 +56,7 @@ class FilterPanel:
             self._choice.set_options(list(found[FILTER].choices), value=self._chosen)
 
     def _take(self, name: str) -> None:
-        """Begin the figures anew where another filter has become the active one."""
+        """Clear the figures where another filter has become the active one."""
         if self._chosen and name != self._chosen:
             self._source.telemetry.restart_figures()
         self._chosen = name

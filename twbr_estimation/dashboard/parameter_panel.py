@@ -92,7 +92,7 @@ class ParameterPanel:
         return kept
 
     def _fill(self) -> None:
-        """Show the values; the list is built anew only where it has other entries."""
+        """Show the values; the list is rebuilt only where it has other entries."""
         shown = self._shown()
         layout = [self._node.value, *((each.name, type(each.value)) for each in shown)]
         if layout != self._laid_out:

@@ -87,7 +87,7 @@ class Pictures:
             self._source.close()
 
     async def _send(self) -> None:
-        """Poll and offer pictures until nobody looks any more."""
+        """Poll and offer pictures as long as a page is open."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while self._viewers:

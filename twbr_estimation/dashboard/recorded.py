@@ -55,7 +55,7 @@ class RecordedSource(Source):
         self._play()
 
     def close(self) -> None:
-        """Stop: nobody looks."""
+        """Stop: no page is open."""
         self._pause()
 
     def _play(self) -> None:

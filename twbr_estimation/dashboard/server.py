@@ -1,4 +1,4 @@
-"""Serve the page: pictures over web sockets while somebody looks, everything else by NiceGUI."""
+"""Serve the page: pictures over web sockets while a page is open, everything else by NiceGUI."""
 
 from __future__ import annotations
 

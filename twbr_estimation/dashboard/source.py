@@ -55,7 +55,7 @@ class StreamRate:
     age: float
     """Time since the newest message was received [s]; infinite before the first."""
     longest: float = 0.0
-    """Longest time without a message since somebody looks [s]."""
+    """Longest time without a message while a page is open [s]."""
     unreadable: int = 0
     """Messages that the page could not decode."""
 
@@ -83,7 +83,7 @@ class Source(Protocol):
         """Begin to receive: the first browser looks."""
 
     def close(self) -> None:
-        """Stop receiving: nobody looks any more."""
+        """Stop receiving: no page is open."""
 
     def want(self, traces: Collection[str]) -> None:
         """Draw these of the traces that are drawn on request only."""
@@ -107,7 +107,7 @@ class Source(Protocol):
         """Return the nodes whose parameters can be changed."""
 
     def revision(self, node: str) -> int:
-        """Return a number that changes with the parameters of a node, whoever changes them."""
+        """Return a number that changes with the parameters of a node."""
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
         """Return the parameters of a node; raises `TwbrError` where it does not answer."""

@@ -23,7 +23,7 @@ LARGEST_GAP = 0.2
 """Between two references; within a longer one nothing is interpolated [s]."""
 REFERENCES_KEPT = 256
 REPEATED = 1.0
-"""A trace that goes back by more than this begins anew: a recording again, another clock [s]."""
+"""A trace begins again where it goes back by more than this, as in a repeated recording [s]."""
 
 
 @dataclass
@@ -144,7 +144,7 @@ class Telemetry:
         return time
 
     def restart_figures(self) -> None:
-        """Begin the running figures anew."""
+        """Clear the running figures."""
         self.sums.clear()
 
     def frame(self) -> dict[str, Any]:

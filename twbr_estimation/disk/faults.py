@@ -17,7 +17,7 @@ def writing_error(path: Path, error: OSError, needed: int) -> WritingError:
 
     Args:
         path: what was to be written.
-        error: what the system said.
+        error: that of the system.
         needed: size of the content [bytes], 0 where unknown.
     """
     reason = (error.strerror or str(error)).lower()

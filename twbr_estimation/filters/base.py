@@ -74,7 +74,7 @@ class Filter(Definition):
     uses_motors: bool = False
     """True where `step` reads the motors' voltage."""
     remarks: Callable[[Any], tuple[str, ...]] = _no_remarks
-    """remarks(state): sentences about what the filter believes to be wrong with its inputs now."""
+    """remarks(state): sentences about what is probably wrong with the inputs now."""
     wheels_ignored: Callable[[Any], float] | None = None
     """wheels_ignored(state): time for which it ignored its wheels [s]; None where it never does."""
     limits: Mapping[str, str] = field(default_factory=dict)

@@ -4,7 +4,7 @@ Gyro and accelerometer are integrated to attitude, velocity and position in thre
 dimensions. An error-state Kalman filter compares the distance moved with the wheel
 encoder, and position and sideways motion with what a balancing robot can do; from the
 differences it learns the errors of attitude, gyro (bias and gain) and accelerometer.
-The gyro's own delay is made good at the end: the estimate is where the last rate has led to.
+The gyro's own delay is compensated at the end: the estimate is where the last rate has led to.
 Wheels are checked at every sample (`wheel_check`); while they contradict the accelerometer they
 are ignored, and the navigation begins again from a vertical that has never seen them
 (`vertical`) where it contradicts that, with what it had learnt before. They are ignored as well

@@ -13,7 +13,7 @@ from .steps import StepLayouts
 
 
 class CompiledStep:
-    """One compiled step: its state lies in memory of its own until somebody asks for it."""
+    """One compiled step: its state lies in memory of its own until it is asked for."""
 
     def __init__(self, function: Function, layouts: StepLayouts) -> None:
         """Provide memory for it.

@@ -49,7 +49,7 @@ def _configuration(folder: Path) -> Iterator[Path]:
     try:
         yield from sorted(path for path in folder.iterdir() if path.is_file())
     except OSError:
-        return  # no such folder, which whoever reads the recording judges
+        return  # no such folder: reading the recording reports it
 
 
 def _digest(files: Iterable[Path]) -> tuple[str, int]:

@@ -22,7 +22,7 @@ from ..errors import WritingError
 
 Row = Mapping[str, Any]
 LARGEST_CACHE = 1 << 26
-"""Size at which the table in the user's cache is begun anew [bytes]."""
+"""Size at which the table in the user's cache is begun again [bytes]."""
 
 
 class ResultTable:

@@ -7,11 +7,11 @@ import time
 from rclpy.node import Node
 
 SILENCE = 2.0
-"""A simulated clock that stands still for longer [s] is worth a word."""
+"""A simulated clock that stands still for longer [s] is reported."""
 
 
 class ClockWatch:
-    """Looks at a node's clock now and then."""
+    """Checks a node's clock from time to time."""
 
     def __init__(self, node: Node) -> None:
         """`node`: whose clock it is."""

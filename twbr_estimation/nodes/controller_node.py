@@ -219,7 +219,7 @@ class ControllerNode(DeviceNode):
         if last is None:
             return now
         silent = time.monotonic() - self._arrived
-        if self.get_clock().ros_time_is_active:  # which stands still now and then
+        if self.get_clock().ros_time_is_active:  # which may stand still for a while
             late = silent > self._longest_silence()
             return last + (round(silent * 1e9) if late else max(now - self._arrival, 0))
         return last + round(silent * 1e9)

@@ -12,11 +12,11 @@ from rclpy.node import Node
 
 from ..controllers.base import controller_named, listed_controllers
 from ..errors import TwbrError
-from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..parameters.bounds import Bounds, Meaning
 from ..robot import Robot
-from ..samples import Stamps
 from ..streams.control.balance import BalanceConfiguration, BalanceSettings
 from ..streams.control.motors import ControlConfiguration, ControlSettings
+from ..streams.inputs import JointSettings
 from .declarations import (
     declarations_of,
     declared_values_from,
@@ -39,7 +39,7 @@ class TiltSource(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class ControllerInputs:
+class ControllerInputs(JointSettings):
     """Topics of the node; fixed at the start.
 
     Raises:
@@ -63,35 +63,6 @@ class ControllerInputs:
             "Whether `motor/torque` goes out beside `motor/command`, for motors that take a torque."
         ),
     ] = False
-    left_wheel_joint: Annotated[
-        str,
-        Meaning(
-            "Name of the left wheel in `joint_states`; one of the two wheels is enough to "
-            "balance. Where a robot has neither joint, `wheel_joint` counts."
-        ),
-    ] = "left_wheel_joint"
-    right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
-        "right_wheel_joint"
-    )
-    stamps: Annotated[
-        Stamps,
-        Meaning(
-            "Clock that stamps `joint_states`: `header`, the sender's, must be set to that of this "
-            "computer; `arrival`, the time at which a message comes; `device`, the sender's own "
-            "clock, such as the time since it was switched on, related to ours. See "
-            "docs/microcontroller.md."
-        ),
-    ] = Stamps.HEADER
-    wheel_gear_ratio: Annotated[
-        float,
-        Bounds(
-            0.001,
-            1000.0,
-            "",
-            "Turns of the joints to one turn of the wheels: that of the gear where "
-            "`joint_states` counts turns of the motors",
-        ),
-    ] = 1.0
     prepare_all: Annotated[
         bool,
         Meaning(
@@ -104,9 +75,6 @@ class ControllerInputs:
         float,
         Bounds(-1.5, 1.5, "rad", "Tilt at which the robot balances, subtracted"),
     ] = 0.0
-
-    def __post_init__(self) -> None:
-        require_bounds(self)
 
 
 def declare_controller_inputs(node: Node) -> ControllerInputs:

@@ -117,7 +117,7 @@ class EstimatorInput:
             for name, described, joint in self._wanted:
                 if kind != JOINT_STATE:
                     self._take(name, stamp, described.tilt(tilts[0]))
-                elif joint in names:  # else it holds somebody else's joints
+                elif joint in names:  # else it holds other joints
                     self._take(name, stamp, described.tilt(tilts[names.index(joint)]))
 
         self._subscription = self._node.create_subscription(

@@ -43,7 +43,7 @@ FIGURE_TOPICS = tuple(each.name for each in FIGURES if each.name != "delay_s")
 PROGRESS_EVERY = 20
 """Estimates between two messages on `~/progress`."""
 PROGRESS_PERIOD = 0.05
-"""Time after which less is told, too [s]."""
+"""Time after which a smaller step of progress is reported, too [s]."""
 SILENCE = 1_000_000_000
 """A source whose last stamp is older than this [ns] does not hold up `~/progress`."""
 REFERENCE = "reference"
@@ -90,7 +90,7 @@ class EvaluatorSettings:
         """Return the topics by the estimators' names.
 
         Raises:
-            ConfigurationError: an entry that is not NAME=TOPIC, or a name that stands twice.
+            ConfigurationError: an entry that is not NAME=TOPIC, or a name that is given twice.
         """
         found: dict[str, EstimatorTopic] = {}
         for entry in filter(None, self.estimators):
@@ -201,7 +201,7 @@ class EvaluatorNode(GuardedNode):
         self._note(REFERENCE, stamp)
 
     def _note(self, source: str, stamp: int) -> None:
-        """Note how far a source is, and now and then tell it."""
+        """Note how far a source is, and publish it from time to time."""
         last = self._last_stamps
         if stamp < last.get(source, 0) - SILENCE:
             last.clear()

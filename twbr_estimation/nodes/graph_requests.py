@@ -57,7 +57,7 @@ class Requests:
             self._revisions[name] += 1
 
     def revision(self, node: str) -> int:
-        """Return a number that changes with the parameters of a node, whoever changes them."""
+        """Return a number that changes with the parameters of a node."""
         return self._revisions[node]
 
     async def parameters(self, node: str) -> Sequence[ParameterInfo]:
@@ -103,7 +103,7 @@ class Requests:
         return ShownOutcome(True, f"{name} is {value}")
 
     def is_ready(self, kind: Any, service: str) -> bool:
-        """Return whether somebody serves a service of this relative name."""
+        """Return whether a node offers the service of this relative name."""
         return bool(self._service(kind, service).service_is_ready())
 
     async def call(self, kind: Any, service: str, request: Any) -> ShownOutcome:

@@ -1,4 +1,4 @@
-"""One robot in the graph, as the web page sees it: topics, diagnostics, parameters, services."""
+"""One robot in the graph, as the web page shows it: topics, diagnostics, parameters, services."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ PERIOD = 60.0
 def give_back() -> None:
     """Return freed memory to the system.
 
-    The arrays of a history that are made anew every second leave gaps between the middleware's
+    The arrays of a history that are allocated every second leave gaps between the middleware's
     small pieces, which glibc keeps: tens of megabytes in an hour. Other C libraries have no such
     function.
     """

@@ -1,4 +1,4 @@
-"""Output that nobody takes must not stop a node that drives motors."""
+"""Output that is not read must not stop a node that drives motors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def never_wait() -> None:
 
     The logger of rclpy writes while it holds the interpreter's lock: a terminal stopped by Ctrl-S,
     or a reader of a pipe that hangs, would stop every thread of the process, the one that cuts the
-    motors included. Each stream is opened anew for this, because the flag of the old one is shared
+    motors included. Each stream is opened again for this, because the flag of the old one is shared
     with the shell. One that cannot be opened, such as a terminal of another user, stays as it is.
     """
     for stream in STREAMS:

@@ -121,7 +121,7 @@ class SampledTopic:
 
 
 class Turns:
-    """Listens to topics in turns: each has figures now and then, and few messages are received."""
+    """Listens to topics in turns: each gets figures from time to time, at few messages."""
 
     def __init__(self, topics: Sequence[SampledTopic]) -> None:
         """Begin with the first one."""

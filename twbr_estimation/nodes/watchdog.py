@@ -19,7 +19,7 @@ def wall_timer(node: Node, period: float, tick: Callable[[], None]) -> Timer:
 
 
 class Watchdog:
-    """Knows how long ago the last sample came; looks regularly, whatever ROS time does."""
+    """Time since the last sample, checked regularly whatever ROS time does."""
 
     def __init__(self, node: Node, timeout: float, tick: Callable[[], None]) -> None:
         """Start looking.

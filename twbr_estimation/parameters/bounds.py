@@ -54,7 +54,7 @@ def within(name: str, value: object, bounds: Bounds) -> float:
         raise ConfigurationError(f"{name}: {shown(value)} is not a number")
     if not math.isfinite(number) or not bounds.minimum <= number <= bounds.maximum:
         limits = f"[{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
-        raise ConfigurationError(f"{name}: {shown(value)} is outside {limits}")
+        raise ConfigurationError(f"{name}: {shown(value)} is outside {limits.rstrip()}")
     return number
 
 

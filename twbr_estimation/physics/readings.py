@@ -45,7 +45,7 @@ class Readings:
         self._sensed: list[float] | None = None
 
     def follow(self, rows: FloatArray, moving: Moving, voltage: float) -> None:
-        """Feel a stretch.
+        """Take a stretch of motion.
 
         Args:
             rows: its n + 1 states, the one before included.

@@ -12,11 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import ConfigurationError
 from ..recording import FloatArray
 from ..robot import Robot
 from ..simulation.disturbances import STEP
-from ..simulation.robot import SensorReading, Truth
+from ..simulation.robot import SensorReading, Truth, limited_voltages, steps_of
 from ..simulation.simulate import FIRST_STAMP, setups_of
 from ..simulation.worlds import World, world_named
 from .balance import CONTROL_PERIOD
@@ -69,8 +68,8 @@ class PhysicsRobot:
         times = (imu_period, command_delay or COARSE_STEP)
         coarse = all(abs(t / COARSE_STEP - round(t / COARSE_STEP)) < 1e-6 for t in times)
         self._dt = COARSE_STEP if coarse and imu_period >= COARSE_STEP else STEP
-        self._every = self._steps("imu_period", imu_period)
-        self._delay = self._steps("command_delay", command_delay) if command_delay else 0
+        self._every = steps_of("imu_period", imu_period, self._dt)
+        self._delay = steps_of("command_delay", command_delay, self._dt) if command_delay else 0
         self._performance = Performance(scene, self.true_setup.robot, seed, self._dt)
         self._engine, self._stage = self._performance.engine, self._performance.stage
         self._stage.stays_down = stay_down
@@ -121,12 +120,12 @@ class PhysicsRobot:
 
     def push(self, force: float, duration: float = 0.2) -> None:
         """Push the body forward with a half sine of `force` [N] for `duration` [s], from now."""
-        self._waves.append((self._step, self._steps("duration", duration), force))
+        self._waves.append((self._step, steps_of("duration", duration, self._dt), force))
 
     def slip(self, speed: float, duration: float = 0.1) -> None:
         """Let the ground be slippery for `duration` [s]; how fast treads slip, physics decides."""
         del speed
-        self._slippery = self._step + self._steps("duration", duration)
+        self._slippery = self._step + steps_of("duration", duration, self._dt)
         self._engine.set_friction(SLIPPERY)
 
     def obstacle(self) -> None:
@@ -155,12 +154,9 @@ class PhysicsRobot:
         Raises:
             ConfigurationError: not two finite voltages, or a time that cannot be simulated.
         """
-        if len(voltages) != 2 or not all(map(math.isfinite, voltages)):
-            raise ConfigurationError(f"motor command {voltages}: not two finite voltages")
-        limit = self.plant.supply_voltage
-        left, right = (min(max(float(each), -limit), limit) for each in voltages)
-        self._commands.append((self._step + self._delay, (left, right)))
-        end = self._step + self._steps("duration", duration)
+        limited = limited_voltages(voltages, self.plant.supply_voltage)
+        self._commands.append((self._step + self._delay, limited))
+        end = self._step + steps_of("duration", duration, self._dt)
         period = round(CONTROL_PERIOD / self._dt)
         readings = []
         while self._step < end:
@@ -229,16 +225,3 @@ class PhysicsRobot:
             self._readings.reference(truth.tilt),
             truth,
         )
-
-    def _steps(self, name: str, seconds: float) -> int:
-        """Return a time in steps.
-
-        Raises:
-            ConfigurationError: not a positive multiple of the step.
-        """
-        steps = round(seconds / self._dt) if math.isfinite(seconds) else 0
-        if steps < 1 or abs(steps * self._dt - seconds) > 1e-9:
-            raise ConfigurationError(
-                f"{name}: {seconds:g} s is not a multiple of {self._dt:g} s above 0"
-            )
-        return steps

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 
 class StepCode(Protocol):
-    """A step function as machine code, which keeps the state until somebody asks for it."""
+    """A step function as machine code, which keeps the state until it is asked for."""
 
     def begin(self, coefficients: Any, state: Any) -> bool:
         """Go on from a state, with these coefficients; False where they do not fit the code."""

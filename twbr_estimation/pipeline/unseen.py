@@ -57,7 +57,7 @@ class Stream(NamedTuple):
     shocked: float
     """Time for which the accelerometer has been saturated [s]."""
     slope: float
-    """Largest change of the rate of late [rad/s^2]."""
+    """Largest recent change of the rate [rad/s^2]."""
     passed: Passed
     gyro: tuple[float, float, float]
     """Rates one sample ago [rad/s]."""

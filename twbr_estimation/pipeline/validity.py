@@ -186,7 +186,7 @@ def _passed(now: Watch, self_judged: bool) -> Watch:
     uncertain = uncertainty(now.stream.passed)
     deviation = min(math.sqrt(known.variance) + uncertain, math.sqrt(reference.variance))
     doubt = known.doubt + uncertain
-    return Watch(  # in full: compiled code knows no `_replace`
+    return Watch(  # in full: compiled code has no `_replace`
         doubt * doubt,
         known.trusted,
         now.astray,

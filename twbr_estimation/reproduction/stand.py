@@ -91,7 +91,7 @@ def _tuned(plan: Plan, workers: Workers, report: Report) -> dict[str, dict[str, 
     training = tuple(_recorded(scene, seed, plan) for seed in TRAINING_SEEDS for scene in SCENES)
     found = tune_filters(TuningTask(training), FILTERS, workers, report)
     if len(found) < len(FILTERS) or any(each.interrupted for each in found):
-        raise KeyboardInterrupt  # half a comparison is none
+        raise KeyboardInterrupt  # half a comparison compares nothing
     return {each.name: dict(each.values) for each in found}
 
 

@@ -103,7 +103,7 @@ def tuned_filters(
 
     tuned = tune_filters(task, names, workers, at_this_period)
     if len(tuned) < len(names) or any(each.interrupted for each in tuned):
-        raise KeyboardInterrupt  # half a table is none
+        raise KeyboardInterrupt  # half a table is of no use
     return tuned
 
 

@@ -92,7 +92,7 @@ def _print_recording(console: Console, entry: RecordingScore) -> None:
             soft_wrap=True,
         )
     elif stated is not None:
-        console.print(f"  smoothed: knows the whole recording; +-{stated:.3f} deg by its account")
+        console.print(f"  smoothed: computed from the whole recording; stated +-{stated:.3f} deg")
     for repair, count in entry.repairs.items():
         console.print(f"  repaired: {escape(repair)}: {count}", soft_wrap=True)
 

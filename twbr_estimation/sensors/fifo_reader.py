@@ -59,7 +59,7 @@ class FifoReader:
         self._first = True
 
     def restart(self) -> None:
-        """Forget the past of a chip that was set up anew."""
+        """Forget the past of a chip that was set up again."""
         self._torn, self._first = False, True
         self.sample_clock.restart()
 

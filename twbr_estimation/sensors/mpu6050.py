@@ -176,7 +176,7 @@ class Mpu6050:
         return self._read(Register.FIFO_R_W, packets * PACKET_BYTES)
 
     def reset_fifo(self) -> None:
-        """Empty the FIFO and start filling it anew, beginning with a whole packet."""
+        """Empty the FIFO and start filling it again, beginning with a whole packet."""
         self._registers.write(Register.USER_CTRL, 0)
         self._registers.write(Register.USER_CTRL, USER_CTRL_FIFO_RESET)
         self._registers.write(Register.USER_CTRL, USER_CTRL_FIFO_EN)

@@ -100,12 +100,12 @@ class SimulatedRobot:
         """
         self.world = world_named(world) if isinstance(world, str) else world
         self.setup, self.true_setup = setups_of(self.world, seed, robot)
-        self._every = _steps("imu_period", imu_period)
-        self._delay = _steps("command_delay", command_delay) if command_delay else 0
+        self._every = steps_of("imu_period", imu_period)
+        self._delay = steps_of("command_delay", command_delay) if command_delay else 0
         self._stay_down = stay_down
         self.plant = self.true_setup.robot.plant()
         self._errors = imu_errors(self.world, self.world.calibration, seed, self.true_setup.robot)
-        self._count = _steps("duration", duration) + _CLOSING_STEPS + 1
+        self._count = steps_of("duration", duration) + _CLOSING_STEPS + 1
         self._senses = self._draw(seed, disturbed=disturbed, compiled=compiled)
         self._compiled, self._stretch, self._read_imu = compiled, stretch, read
         if compiled:
@@ -186,11 +186,11 @@ class SimulatedRobot:
 
     def push(self, force: float, duration: float = 0.2) -> None:
         """Push the body forward with a half sine of `force` [N] for `duration` [s], from now."""
-        self._waves.append((_PUSH, self._step, _steps("duration", duration), force))
+        self._waves.append((_PUSH, self._step, steps_of("duration", duration), force))
 
     def slip(self, speed: float, duration: float = 0.1) -> None:
         """Let the treads slip by a half sine of `speed` [m/s] for `duration` [s], from now."""
-        self._waves.append((_SLIP, self._step, _steps("duration", duration), speed))
+        self._waves.append((_SLIP, self._step, steps_of("duration", duration), speed))
 
     def obstacle(self) -> None:
         """Put an obstacle before the wheels; it takes effect as soon as they are fast enough."""
@@ -219,12 +219,9 @@ class SimulatedRobot:
         Raises:
             ConfigurationError: not two finite voltages, or a time that cannot be simulated.
         """
-        if len(voltages) != 2 or not all(map(math.isfinite, voltages)):
-            raise ConfigurationError(f"motor command {voltages}: not two finite voltages")
-        limit = self.plant.supply_voltage
-        left, right = (min(max(float(each), -limit), limit) for each in voltages)
-        self._commands.append((self._step + self._delay, (left, right)))
-        end = self._step + _steps("duration", duration)
+        limited = limited_voltages(voltages, self.plant.supply_voltage)
+        self._commands.append((self._step + self._delay, limited))
+        end = self._step + steps_of("duration", duration)
         readings = []
         while self._step < end:
             while self._commands and self._commands[0][0] <= self._step:
@@ -304,13 +301,25 @@ def _closed_turns(turns: Turning) -> Turning:
     )
 
 
-def _steps(name: str, seconds: float) -> int:
-    """Return a time in steps.
+def limited_voltages(voltages: Sequence[float], supply: float) -> tuple[float, float]:
+    """Return the voltages of left and right motor, limited to that of the supply [V].
 
     Raises:
-        ConfigurationError: not a positive multiple of `STEP`.
+        ConfigurationError: not two finite numbers.
     """
-    steps = round(seconds / STEP) if math.isfinite(seconds) else 0
-    if steps < 1 or abs(steps * STEP - seconds) > 1e-9:
-        raise ConfigurationError(f"{name}: {seconds:g} s is not a multiple of {STEP:g} s above 0")
+    if len(voltages) != 2 or not all(map(math.isfinite, voltages)):
+        raise ConfigurationError(f"motor command {voltages}: not two finite voltages")
+    left, right = (min(max(float(each), -supply), supply) for each in voltages)
+    return left, right
+
+
+def steps_of(name: str, seconds: float, step: float = STEP) -> int:
+    """Return a time as a number of steps.
+
+    Raises:
+        ConfigurationError: not a positive multiple of `step` [s].
+    """
+    steps = round(seconds / step) if math.isfinite(seconds) else 0
+    if steps < 1 or abs(steps * step - seconds) > 1e-9:
+        raise ConfigurationError(f"{name}: {seconds:g} s is not a multiple of {step:g} s above 0")
     return steps

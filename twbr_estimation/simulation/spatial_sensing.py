@@ -3,7 +3,7 @@
 Attitude, body to world: first the heading (yaw) about the world's vertical, then the roll of
 the axle about the heading, then the tilt about the axle. The world's up direction in body axes
 is then (-sin tilt cos roll, sin roll, cos tilt cos roll), so the tilt is atan2(-u_x, u_z): the
-angle that an encoder on the axle sees, and `messages.tilt_of_quaternion` gives.
+angle that an encoder on the axle measures, and `messages.tilt_of_quaternion` gives.
 
 The middle of the axle moves along the heading with the planar drive's speed: no side slip.
 """

@@ -24,7 +24,7 @@ PAUSE = 0.5
 PAUSE_TURN = 0.1
 """Turn of a wheel that is rest [rad]."""
 HELD = 0.5
-"""Rates of the body above this mean that it was moved, and the wheel is looked at anew [rad/s]."""
+"""Rates of the body above this mean that it was moved, and the wheel is judged again [rad/s]."""
 LEAN = math.radians(12.0)
 """A lean is judged from here on [rad]."""
 LEAN_TIME = 3.0

@@ -113,7 +113,7 @@ class CorrectedStream(GuardedPairing):
         return self._completed(self._pairer.flush()) if self._waiting else []
 
     def begin_afresh(self) -> None:
-        """Forget everything but the counts; whoever takes the samples starts afresh, too."""
+        """Forget everything but the counts; the filters must be reset, too."""
         self._pairer.reset()
         self._waiting.clear()
         self._last_stamp, self._restarted = None, True

@@ -105,7 +105,7 @@ class CorrectionStream(GuardedPairing):
         self._restarted = self._started
 
     def begin_afresh(self) -> None:
-        """Forget everything but the counts; whoever takes the samples starts afresh, too."""
+        """Forget everything but the counts; the filters must be reset, too."""
         self.reset()
         self._restarted = True
 

@@ -159,7 +159,7 @@ class FilterStream:
         }
 
     def remarks(self) -> tuple[str, ...]:
-        """Return what the active filter believes to be wrong with its inputs."""
+        """Return what is probably wrong with the inputs of the active filter."""
         state = self._active.state
         return () if state is None else self._active.entry.remarks(state)
 
@@ -175,7 +175,7 @@ class FilterStream:
         return mean
 
     def warnings(self, dt: float) -> tuple[str, ...]:
-        """Return what a user should know about the settings at this sampling period [s]."""
+        """Return warnings about the settings at this sampling period [s]."""
         if dt <= 0.0:
             return ()
         running = {each.name: each for each in self._running()}

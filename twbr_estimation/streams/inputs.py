@@ -24,7 +24,49 @@ class WheelSource(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class InputSettings:
+class JointSettings:
+    """Settings of `joint_states`.
+
+    Raises:
+        ConfigurationError: a number out of bounds.
+    """
+
+    left_wheel_joint: Annotated[
+        str,
+        Meaning(
+            "Name of the left wheel in `joint_states`; one of the two wheels is enough. "
+            "Where a robot has neither joint, `wheel_joint` counts."
+        ),
+    ] = "left_wheel_joint"
+    right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
+        "right_wheel_joint"
+    )
+    stamps: Annotated[
+        Stamps,
+        Meaning(
+            "Clock that stamps the messages of the sensors: `header`, the sender's, must be set to "
+            "that of this computer; `arrival`, the time at which a message comes; "
+            "`device`, the sender's own clock, such as the time since it was switched on, related "
+            "to ours. See docs/microcontroller.md."
+        ),
+    ] = Stamps.HEADER
+    wheel_gear_ratio: Annotated[
+        float,
+        Bounds(
+            0.001,
+            1000.0,
+            "",
+            "Turns of the joints to one turn of the wheels: that of the gear where "
+            "`joint_states` counts turns of the motors. A speed on `odom` is divided by it, too",
+        ),
+    ] = 1.0
+
+    def __post_init__(self) -> None:
+        require_bounds(self)
+
+
+@dataclass(frozen=True, slots=True)
+class InputSettings(JointSettings):
     """Settings of the IMU and wheel inputs.
 
     Raises:
@@ -61,39 +103,6 @@ class InputSettings:
             "speed in nav_msgs/Odometry on `odom`, integrated and divided by `robot.wheel_radius`."
         ),
     ] = WheelSource.JOINT_STATES
-    left_wheel_joint: Annotated[
-        str,
-        Meaning(
-            "Name of the left wheel in `joint_states`; one of the two wheels is enough. "
-            "Where a robot has neither joint, `wheel_joint` counts."
-        ),
-    ] = "left_wheel_joint"
-    right_wheel_joint: Annotated[str, Meaning("Name of the right wheel in `joint_states`.")] = (
-        "right_wheel_joint"
-    )
-    stamps: Annotated[
-        Stamps,
-        Meaning(
-            "Clock that stamps raw Imu messages and `joint_states`: `header`, the sender's, "
-            "must be set to that of this computer; `arrival`, the time at which a message "
-            "comes; `device`, the sender's own clock, such as the time since it was switched "
-            "on, related to ours. See "
-            "docs/microcontroller.md."
-        ),
-    ] = Stamps.HEADER
-    wheel_gear_ratio: Annotated[
-        float,
-        Bounds(
-            0.001,
-            1000.0,
-            "",
-            "Turns of the joints to one turn of the wheels: that of the gear where "
-            "`joint_states` counts turns of the motors; a speed on `odom` is divided by it",
-        ),
-    ] = 1.0
-
-    def __post_init__(self) -> None:
-        require_bounds(self)
 
 
 def wheel_input(

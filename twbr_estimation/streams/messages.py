@@ -177,7 +177,7 @@ class JointStateDecoder:
     """Reads serialised JointStates; the layout is looked up once a joint list."""
 
     def __init__(self) -> None:
-        """Know no layout yet."""
+        """Begin without a layout."""
         self._layout = b""
         self._names: tuple[str, ...] = ()
         self._read = struct.Struct("<0d")

@@ -1,4 +1,4 @@
-"""Errors in the callbacks of a node: counted, described in one line, logged now and then."""
+"""Errors in the callbacks of a node: counted, described in one line, logged from time to time."""
 
 from __future__ import annotations
 

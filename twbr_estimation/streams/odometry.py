@@ -36,7 +36,7 @@ class OdometryDecoder:
 
         Args:
             data: The message; `twist.twist.linear.x` counts, in the frame of the base.
-            now: What the node's clock says [ns]; for stamps that are not the message's own.
+            now: Time of the node's clock [ns]; for stamps that are not the message's own.
 
         Raises:
             MessageError: not an Odometry in little-endian XCDR version 1.

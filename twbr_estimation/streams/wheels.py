@@ -39,7 +39,7 @@ class WheelDecoder:
 
         Args:
             data: The message. Without positions its velocities are integrated.
-            now: What the node's clock says [ns]; for stamps that are not the message's own.
+            now: Time of the node's clock [ns]; for stamps that are not the message's own.
 
         Raises:
             MessageError: not a JointState in little-endian XCDR version 1.

@@ -48,7 +48,7 @@ class UnitResult:
 
 
 class Workers(Protocol):
-    """Anybody who does units of work."""
+    """Something that does units of work: this process, others, or a cluster."""
 
     def run(self, work: Work, units: Iterable[Any], report: Report) -> Outcomes:
         """Yield the outcome of each unit as it is done, in any order.

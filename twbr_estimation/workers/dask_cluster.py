@@ -131,7 +131,7 @@ class DaskCluster:
         return int(_WAITING * max(threads, 1))
 
     def _wait_for_workers(self) -> None:
-        """Wait for a worker; where the scheduler is gone, connect anew."""
+        """Wait for a worker; where the scheduler is gone, connect again."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             try:

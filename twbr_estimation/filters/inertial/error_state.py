@@ -175,7 +175,7 @@ def observe(
         gain[LEVER_UP:] *= slow
     error += surprise * gain
     spread -= (0.5 * scatter) * gain
-    # Each element is one product, so that BLAS rounds it as anybody does.
+    # Each element is one product, so that BLAS and the loop round alike.
     both = np.dot(gain.reshape(STATES, 1), spread.reshape(1, STATES))
     p -= both + both.T
 

@@ -1,4 +1,4 @@
-"""What `ins_odometer` is told: sensor noise, quality of calibration, ground and room.
+"""Parameters of `ins_odometer`: sensor noise, quality of calibration, ground and room.
 
 All are physical and hold at any sampling period; the defaults describe a calibrated MPU6050
 on a robot indoors.
@@ -15,7 +15,7 @@ from .aiding import ROOM_PERIOD, Geometry
 
 
 class Parameters(NamedTuple):
-    """What the filter is told of sensors, calibration and ground."""
+    """Properties of sensors, calibration and ground."""
 
     gyro_bias: Annotated[
         float,
@@ -82,7 +82,7 @@ class Parameters(NamedTuple):
             0.0,
             0.1,
             "1",
-            "Standard deviation of the share of the yaw rate that the gyro feels as roll.",
+            "Standard deviation of the share of the yaw rate that the gyro reads as roll.",
         ),
     ] = 0.005
     wheel_radius: Annotated[
@@ -152,7 +152,7 @@ class Parameters(NamedTuple):
             0.01,
             100.0,
             "m/s",
-            "How fast the robot is where no wheel tells. Smaller recovers sooner from a fall and "
+            "How fast the robot is without wheel readings. Smaller recovers sooner from a fall and "
             "takes more of an acceleration for tilt.",
             logarithmic=True,
         ),

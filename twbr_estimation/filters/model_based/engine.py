@@ -79,7 +79,7 @@ class Core(NamedTuple):
     wheels: float
     """Wheel encoders in use; 0 where the model was not used."""
     gap: float
-    """Mean of the corrected angle minus the tilt, of late [rad]."""
+    """Mean of the corrected angle minus the tilt, recently [rad]."""
 
 
 class PendulumState(NamedTuple):

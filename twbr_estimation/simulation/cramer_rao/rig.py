@@ -1,4 +1,4 @@
-"""The rig as the Cramer-Rao bound sees it: what is known, what is not, and how it is measured.
+"""Model of the rig for the Cramer-Rao bound: known and unknown quantities, and measurements.
 
 Gyro and accelerometer are inputs: the bound is conditional on their readings, and holds for
 every estimator without knowledge of the motors and of the forces on the robot. States are the

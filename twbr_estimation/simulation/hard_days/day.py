@@ -1,4 +1,4 @@
-"""What a hard day is: a recording, what the estimator is told, and when the body lies still."""
+"""A hard day: a recording, the setup that the estimator gets, and when the body lies still."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Day:
 
     recording: Recording
     setup: Setup
-    """As the estimator is told."""
+    """As the estimator gets it."""
     rests: tuple[tuple[float, float], ...] = ()
     """When the body lies still after it was thrown, from and to [s]."""
     recovers: tuple[float, ...] = ()
@@ -92,7 +92,7 @@ def recorded(
         name: of the day.
         motion: what the body does.
         wheels: angles of the wheels against the body [rad], (n,) or (n, w), or None.
-        robot: as the estimator is told.
+        robot: as the estimator gets it.
         period: sampling period [s].
         seed: of the noise.
         sensor: its errors.

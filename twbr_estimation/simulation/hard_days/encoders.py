@@ -1,4 +1,4 @@
-"""Days on which the encoders count something else than the estimator is told."""
+"""Days on which the encoders do not count as the setup says."""
 
 from __future__ import annotations
 

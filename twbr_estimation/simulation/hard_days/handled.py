@@ -1,4 +1,4 @@
-"""Days on which somebody takes the robot in hand, or a wall or the floor holds it."""
+"""Days on which a hand, a wall or the floor holds the robot."""
 
 from __future__ import annotations
 

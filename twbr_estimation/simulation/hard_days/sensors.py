@@ -1,4 +1,4 @@
-"""Days on which the inertial sensor sees less, or other, than the estimator is told."""
+"""Days on which the inertial sensor does not read as the setup says."""
 
 from __future__ import annotations
 

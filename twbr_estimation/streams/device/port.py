@@ -39,7 +39,7 @@ class PortStream:
         return 0 if self._clock is None else self._clock.restarts
 
     def restart(self) -> None:
-        """Forget a partial frame: the port was opened anew."""
+        """Forget a partial frame: the port was opened again."""
         self._rest, self._synchronised = b"", False
 
     def add(self, data: bytes, arrival: int) -> Iterator[tuple[int, DeviceSample]]:

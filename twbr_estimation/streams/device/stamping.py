@@ -16,7 +16,7 @@ class Stamping:
     """The stamps of one topic."""
 
     def __init__(self, stamps: Stamps, topic: str) -> None:
-        """Begin; `topic` is for what is said."""
+        """Begin; `topic` is for messages."""
         self._stamps, self._topic = stamps, topic
         self._clock = DeviceClock()
         self._header = self._stamp = 0
@@ -24,7 +24,7 @@ class Stamping:
 
     @property
     def restarts(self) -> int:
-        """How often the device's clock was related anew."""
+        """How often the device's clock was related again."""
         return self._clock.restarts
 
     def stamp(self, header: int, now: int) -> int:
@@ -32,7 +32,7 @@ class Stamping:
 
         Args:
             header: Stamp of the message [ns].
-            now: What our clock says [ns].
+            now: Time of our clock [ns].
         """
         self._zeros += header == 0
         if self._stamps is Stamps.ARRIVAL:
@@ -67,5 +67,5 @@ class Stamping:
         return {f"stamps of {self._topic}": text}
 
     def counts(self) -> Counter[str]:
-        """Return how often the device's clock began anew."""
+        """Return how often the device's clock began again."""
         return Counter({"clock_restarts": self.restarts} if self.restarts else {})

@@ -158,7 +158,7 @@ class Player:
         Args:
             stamped: topics whose messages begin with a header.
             window: at rate 0, how many messages may be under way; None asks the sink to
-                flush now and then instead.
+                flush from time to time instead.
             flush_every: messages between two flushes.
         """
         self._window = window
