@@ -176,6 +176,12 @@ class Recording:
             require_kind(f"estimators[{name!r}]", track, TiltTrack, "a TiltTrack")
         require_kind("repairs", self.repairs, Mapping, "a mapping of descriptions to counts")
 
+    def __repr__(self) -> str:
+        """Return a line about the length of the recording and what it holds."""
+        held = ", ".join(name for name in _OPTIONAL if getattr(self, name) is not None)
+        size = f"{self.imu.stamps.size} samples at {1e3 * self.dt:.3g} ms"
+        return f"<Recording {self.source}: {size}{held and f', with {held}'}>"
+
     @property
     def dt(self) -> float:
         """Median sampling period [s]."""

@@ -42,6 +42,12 @@ class EstimateTrack:
     state: Any
     """The filter's state after the last sample, to go on from."""
 
+    def __repr__(self) -> str:
+        """Return the number of estimates and the range of the tilt."""
+        count = self.stamps.size
+        limits = np.degrees([self.tilt.min(), self.tilt.max()]) if count else (np.nan, np.nan)
+        return f"<EstimateTrack: {count} estimates, {limits[0]:.1f} to {limits[1]:.1f} deg>"
+
     @property
     def time(self) -> FloatArray:
         """Time since the first sample [s], (n,)."""

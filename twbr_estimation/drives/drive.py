@@ -61,6 +61,10 @@ class Drive:
         object.__setattr__(self, "notes", require_names("notes", self.notes))
         object.__setattr__(self, "loop_period", require_period(self.loop_period))
 
+    def __repr__(self) -> str:
+        """Return a line about the recording."""
+        return repr(self.recording).replace("Recording", "Drive", 1)
+
     @property
     def source(self) -> str:
         """Where the recording comes from."""
