@@ -17,7 +17,7 @@ from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Association, ScoringOptions, score
+from twbr_estimation.scoring.score import Association, ScoringOptions, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.worlds import World, world_named
 

@@ -30,8 +30,8 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64MultiArray
 
 from twbr_estimation.configuration.files import write_section
-from twbr_estimation.messages import stamp_of
 from twbr_estimation.nodes.spin import make_executor
+from twbr_estimation.ros_messages import stamp_of
 from twbr_estimation.simulation import world_named
 from twbr_estimation.simulation.simulate import setups_of
 

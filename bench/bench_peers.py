@@ -29,7 +29,7 @@ from twbr_estimation.physics import simulate as simulate_scene
 from twbr_estimation.recording import Recording
 from twbr_estimation.robot import Robot, Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
-from twbr_estimation.scoring.errors import ScoringOptions
+from twbr_estimation.scoring.score import ScoringOptions
 from twbr_estimation.simulation import simulate
 
 RECOMMENDED = Robot(gyro_range=math.radians(1000.0), accel_range=8.0 * STANDARD_GRAVITY)

@@ -29,7 +29,7 @@ from twbr_estimation.imports.matlab import matlab_variables
 from twbr_estimation.recording import FloatArray, Recording
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import STANDARD_GRAVITY
-from twbr_estimation.scoring.errors import Association, Score, score
+from twbr_estimation.scoring.score import Association, Score, score
 
 DATASHEET_DELAY = 0.00098
 """Delay of an MPU6050's gyro without its low-pass [s]."""

@@ -24,10 +24,10 @@ from twbr_estimation.batch import CorrectedTrack, run_filter
 from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.imports import imported
-from twbr_estimation.messages import tilt_of_quaternion
 from twbr_estimation.recording import FloatArray, Recording, TiltTrack
 from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Association, ScoringOptions, score
+from twbr_estimation.ros_messages import tilt_of_quaternion
+from twbr_estimation.scoring.score import Association, ScoringOptions, score
 
 BROAD = (
     "12_undisturbed_slow_translation_C",

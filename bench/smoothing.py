@@ -20,7 +20,7 @@ from twbr_estimation.batch import run_filter
 from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.robot import Setup
-from twbr_estimation.scoring.errors import Association, ScoringOptions, score
+from twbr_estimation.scoring.score import Association, ScoringOptions, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.simulate import Simulated
 from twbr_estimation.smoothing import SMOOTHER, smooth

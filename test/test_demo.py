@@ -13,7 +13,7 @@ import pytest
 
 from twbr_estimation.bags import write_recording
 from twbr_estimation.drives import load
-from twbr_estimation.scoring.errors import as_json
+from twbr_estimation.scoring.score import as_json
 from twbr_estimation.simulation import simulate, world_named
 
 DEMO = Path(__file__).resolve().parent.parent / "tools" / "demo.py"

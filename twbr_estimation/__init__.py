@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .robot import Setup as Setup
     from .samples import CorrectedSample as CorrectedSample
     from .samples import TiltEstimate as TiltEstimate
-    from .scoring.errors import ScoringOptions as ScoringOptions
+    from .scoring.score import ScoringOptions as ScoringOptions
 
 __version__ = "0.2.0"
 
@@ -75,7 +75,7 @@ _HOMES = {
     "Drive": "drives.drive",
     "Estimator": "pipeline.estimator",
     "Filter": "filters.base",
-    "ScoringOptions": "scoring.errors",
+    "ScoringOptions": "scoring.score",
     "Recording": "recording",
     "WheelTrack": "recording",
     "TiltTrack": "recording",

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from twbr_estimation.bags.cleaning import Cleaner
-from twbr_estimation.bags.columns import Columns
+from twbr_estimation.bags.decoding import Columns
 from twbr_estimation.errors import RecordingError
 
 MS = 1_000_000

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
-from twbr_estimation.bags.columns import (
+from twbr_estimation.bags.decoding import (
     ACCEL_COLUMNS,
     GYRO_COLUMNS,
     ORIENTATION_COLUMNS,
@@ -25,7 +25,7 @@ from twbr_estimation.bags.encoding import (
 )
 from twbr_estimation.bags.joint_states import decode_joint_state
 from twbr_estimation.bags.message_batch import joined
-from twbr_estimation.messages import tilt_of_quaternion
+from twbr_estimation.ros_messages import tilt_of_quaternion
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 NUMBERS = st.floats(allow_nan=False, width=64)

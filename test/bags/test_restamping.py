@@ -12,7 +12,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from twbr_estimation.bags import TopicNames, read_recording
-from twbr_estimation.bags.columns import Columns
+from twbr_estimation.bags.decoding import Columns
 from twbr_estimation.bags.restamping import restamped
 from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.samples import Stamps

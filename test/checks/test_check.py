@@ -10,7 +10,7 @@ import pytest
 from twbr_estimation.drives import Drive
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack, WheelTrack
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
-from twbr_estimation.scoring.errors import score_recording
+from twbr_estimation.scoring.score import score_recording
 
 STAMPS = np.arange(0, 20_000_000_000, 5_000_000)
 TIME = STAMPS * 1e-9

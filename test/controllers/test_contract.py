@@ -9,7 +9,7 @@ import pytest
 from twbr_estimation.controllers import ControlInput, controller_named, controllers
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.robot import Robot
-from twbr_estimation.simulation.robot import SimulatedRobot
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 
 NAMES = tuple(controllers())
 PERIOD = 0.005

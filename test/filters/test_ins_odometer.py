@@ -25,7 +25,7 @@ from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
 from twbr_estimation.samples import CorrectedSample, TiltEstimate
-from twbr_estimation.scoring.errors import Association, score
+from twbr_estimation.scoring.score import Association, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.planar_sensing import gyro_cross
 from twbr_estimation.simulation.worlds import world_named

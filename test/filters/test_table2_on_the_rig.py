@@ -8,7 +8,7 @@ import pytest
 
 from twbr_estimation.configuration.presets import preset
 from twbr_estimation.drives import Drive
-from twbr_estimation.scoring.errors import mean_over
+from twbr_estimation.scoring.score import mean_over
 from twbr_estimation.simulation.simulate import simulate
 
 SEEDS = range(1, 9)

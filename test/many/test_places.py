@@ -9,7 +9,7 @@ import pytest
 
 from twbr_estimation.drives import load
 from twbr_estimation.errors import ConfigurationError, RecordingError
-from twbr_estimation.many.contents import content_of
+from twbr_estimation.many.digests import content_of
 from twbr_estimation.many.places import local_copy, recordings_at
 
 ALL = ["day0/damaged.mcap", "day0/run0", "day0/run2", "day1/copy", "day1/run1"]

@@ -10,8 +10,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 
-from twbr_estimation.messages import set_stamp, set_tilt
-from twbr_estimation.simulation.robot import SensorReading, SimulatedRobot
+from twbr_estimation.ros_messages import set_stamp, set_tilt
+from twbr_estimation.simulation.simulated_robot import SensorReading, SimulatedRobot
 
 DEPTH = 1000
 

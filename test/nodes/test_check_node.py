@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from sensor_msgs.msg import JointState
 
-from twbr_estimation.messages import set_stamp
 from twbr_estimation.nodes.check_node import CheckNode
+from twbr_estimation.ros_messages import set_stamp
 from twbr_estimation.simulation import simulate
 
 START = 5_000_000_000

@@ -15,11 +15,11 @@ from std_srvs.srv import SetBool
 from nodes.simulated import SimulatedTopics, upright
 from twbr_estimation.controllers import base, listed_controllers
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.messages import set_stamp
 from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.controller_parameters import prepare
 from twbr_estimation.nodes.diagnostics import Level
-from twbr_estimation.simulation.robot import SimulatedRobot
+from twbr_estimation.ros_messages import set_stamp
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 
 INPUTS = ("imu/data", "joint_states", "cmd_vel", "tilt")
 CUT = (0.0, 0.0)

@@ -16,10 +16,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from twbr_estimation.batch import correct
-from twbr_estimation.messages import set_stamp, stamp_of, tilt_of
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.pipeline.pairing import WheelReading, pair
 from twbr_estimation.robot import Calibration, Setup
+from twbr_estimation.ros_messages import set_stamp, stamp_of, tilt_of
 
 BIAS = [0.02, -0.01, 0.005]
 

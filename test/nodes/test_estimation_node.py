@@ -12,11 +12,11 @@ from nodes.simulated import SimulatedTopics, upright
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
 from twbr_estimation.filters.base import filter_named
-from twbr_estimation.messages import stamp_of
 from twbr_estimation.nodes.estimation_node import compose
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Robot, Setup
-from twbr_estimation.simulation.robot import SimulatedRobot
+from twbr_estimation.ros_messages import stamp_of
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 
 
 def test_composed_equals_offline(graph: Any, sensors: Any) -> None:

@@ -22,9 +22,9 @@ from std_msgs.msg import Float64, Header, String
 from std_srvs.srv import Trigger
 
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.messages import set_stamp, set_tilt
 from twbr_estimation.nodes.estimator_inputs import FLOAT64
 from twbr_estimation.nodes.evaluator_node import FIGURE_TOPICS, MOST_ESTIMATORS, EvaluatorNode
+from twbr_estimation.ros_messages import set_stamp, set_tilt
 
 TOPICS = ("imu/data", "tilt/compare", "reference/joint_states", "other/imu", "their/joints")
 PERIOD = 2_000_000

@@ -16,11 +16,11 @@ from std_srvs.srv import Trigger
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
 from twbr_estimation.filters.base import filter_named, listed_filters
-from twbr_estimation.messages import stamp_of, tilt_of
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Robot, Setup
+from twbr_estimation.ros_messages import stamp_of, tilt_of
 
 COUNT = 300
 OUTPUTS = ("tilt", "imu/data", "tilt/compare")

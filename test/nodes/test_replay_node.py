@@ -16,9 +16,9 @@ from std_srvs.srv import Trigger
 
 from twbr_estimation.bags import write_recording
 from twbr_estimation.errors import ConfigurationError, RecordingError
-from twbr_estimation.messages import stamp_of
 from twbr_estimation.nodes.replay_node import ReplayNode
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack, WheelTrack
+from twbr_estimation.ros_messages import stamp_of
 
 START = 1_700_000_000_000_000_000
 

@@ -20,7 +20,7 @@ import itertools
 from sensor_msgs.msg import Imu, JointState
 
 from twbr_estimation.nodes.serial_node import SerialNode
-from twbr_estimation.streams.device.frames import DeviceSample, encode_frame
+from twbr_estimation.streams.device.binary_frames import DeviceSample, encode_frame
 
 TICKS = 10
 """Between two samples [us]: all of them together are shorter than a test takes to send them."""

@@ -15,12 +15,12 @@ from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.messages import stamp_of
 from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.nodes.simulator_node import SimulatorNode, compose
+from twbr_estimation.ros_messages import stamp_of
 from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
 
 CALIBRATION = {

@@ -15,10 +15,10 @@ import pytest
 from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.messages import tilt_of_quaternion
 from twbr_estimation.peers.base import Inertial, Peer, level_attitude
 from twbr_estimation.peers.comparison import BLIND, OURS, PEERS, chosen, compare, peer_tilt
 from twbr_estimation.peers.table import errors_by_group, markdown
+from twbr_estimation.ros_messages import tilt_of_quaternion
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.simulate import Simulated

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from twbr_estimation.recording import TiltTrack
-from twbr_estimation.scoring.errors import Association, Score, ScoringOptions, score
 from twbr_estimation.scoring.live import LiveEvaluation
+from twbr_estimation.scoring.score import Association, Score, ScoringOptions, score
 
 SECOND = 1_000_000_000
 

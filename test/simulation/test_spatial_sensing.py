@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Rotation
 
-from twbr_estimation.messages import tilt_of_quaternion
 from twbr_estimation.robot import Robot
+from twbr_estimation.ros_messages import tilt_of_quaternion
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.simulation import Simulated, simulate
 from twbr_estimation.simulation.disturbances import STEP

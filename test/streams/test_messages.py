@@ -10,7 +10,7 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from twbr_estimation.errors import MessageError
-from twbr_estimation.messages import ACCEL, GYRO
+from twbr_estimation.ros_messages import ACCEL, GYRO
 from twbr_estimation.streams.messages import (
     ImuEncoder,
     JointStateEncoder,

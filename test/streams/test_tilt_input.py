@@ -8,9 +8,9 @@ import struct
 import pytest
 
 from twbr_estimation.errors import MessageError
-from twbr_estimation.messages import ACCEL, GYRO
 from twbr_estimation.pipeline.physical import FASTEST, STRONGEST
 from twbr_estimation.robot import Setup
+from twbr_estimation.ros_messages import ACCEL, GYRO
 from twbr_estimation.samples import RESTART_GAP
 from twbr_estimation.streams.inputs import InputSettings
 from twbr_estimation.streams.messages import ImuEncoder

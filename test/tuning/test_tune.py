@@ -17,8 +17,8 @@ from twbr_estimation.tuning.filter import (
     mean_square_error,
     tune_filter,
 )
-from twbr_estimation.tuning.findings import saturation_warnings, warnings_for
 from twbr_estimation.tuning.several import tune_filters
+from twbr_estimation.tuning.warnings import saturation_warnings, warnings_for
 from twbr_estimation.workers import ThisProcess
 
 

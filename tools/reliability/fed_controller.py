@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool, Float64MultiArray
 
-from twbr_estimation.messages import set_stamp, set_tilt
+from twbr_estimation.ros_messages import set_stamp, set_tilt
 
 PERIOD = 0.005
 """Time between two tilts [s]."""

@@ -19,7 +19,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
-from twbr_estimation.messages import tilt_of_quaternion
+from twbr_estimation.ros_messages import tilt_of_quaternion
 from twbr_estimation.streams.messages import decode_float64s, decode_imu
 
 PROGRAM = "import sys; from twbr_estimation.nodes.{0} import main; sys.exit(main())"

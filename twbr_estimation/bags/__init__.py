@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .finding import recordings_below
+from .bag_files import recordings_below
 from .reading import read_recording
 from .topics import TopicNames
 from .writing import BagTopic, require_room, write_recording

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError
 from ..recording import ABSURD
-from .columns import Columns
+from .decoding import Columns
 
 JUMP = 1_000_000_000
 """Backward step that separates two passes [ns]."""

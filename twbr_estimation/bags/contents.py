@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
-from .columns import (
+from .bag_files import bag_files
+from .decoding import (
     Columns,
     decode_float64,
     decode_float64_array,
@@ -18,7 +19,6 @@ from .columns import (
     decode_odometry,
     decode_temperature,
 )
-from .finding import bag_files
 from .joint_states import decode_joint_state
 from .message_batch import MessageBatch
 from .storage import opened

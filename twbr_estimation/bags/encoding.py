@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages import (
+from ..recording import FloatArray, ImuTrack, StampArray
+from ..ros_messages import (
     ACCEL,
     ACCEL_COVARIANCE,
     GYRO,
@@ -17,7 +18,6 @@ from ..messages import (
     ORIENTATION_COVARIANCE,
     UNREPORTED,
 )
-from ..recording import FloatArray, ImuTrack, StampArray
 from ..samples import NANOSECONDS_PER_SECOND
 
 _ENCAPSULATION = b"\x00\x01\x00\x00"

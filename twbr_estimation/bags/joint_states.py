@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import Columns, bytes_at, header_stamps, readable
+from .decoding import Columns, bytes_at, header_stamps, readable
 from .message_batch import IntArray, MessageBatch
 
 _SHARED_LAYOUTS = 32

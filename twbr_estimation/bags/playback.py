@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from .finding import bag_files
+from .bag_files import bag_files
 from .message_batch import IntArray, MessageBatch
 from .storage import Storage, opened
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..disk.reading import readable
 from ..errors import ConfigurationError, RecordingError
-from ..messages import UNREPORTED, tilt_of_quaternion
 from ..recording import (
     SINGLE_WHEEL_JOINT,
     ImuTrack,
@@ -20,9 +19,11 @@ from ..recording import (
     TiltTrack,
     WheelTrack,
 )
+from ..ros_messages import UNREPORTED, tilt_of_quaternion
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
 from .cleaning import Cleaner, Required
-from .columns import (
+from .contents import Contents, TopicRequest, read_contents
+from .decoding import (
     ACCEL_COLUMNS,
     ACCEL_STATED,
     GYRO_COLUMNS,
@@ -31,7 +32,6 @@ from .columns import (
     ORIENTATION_STATED,
     Columns,
 )
-from .contents import Contents, TopicRequest, read_contents
 from .restamping import restamped
 from .topics import (
     FLOAT64,

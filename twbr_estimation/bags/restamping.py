@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..samples import NANOSECONDS_PER_SECOND, Stamps
-from .columns import Columns
+from .decoding import Columns
 from .message_batch import IntArray
 
 RESTART = NANOSECONDS_PER_SECOND

@@ -12,7 +12,7 @@ import numpy as np
 from ..configuration.frames import Mounting, Transform, mounted, of_quaternion, urdf_frames
 from ..errors import ConfigurationError, RecordingError
 from ..robot import Robot
-from .finding import bag_files
+from .bag_files import bag_files
 from .storage import opened
 
 TF = "tf2_msgs/msg/TFMessage"

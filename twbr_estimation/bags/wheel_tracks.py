@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..recording import FloatArray, StampArray, WheelTrack
 from ..samples import RESTART_GAP
 from .cleaning import Cleaner
-from .columns import Columns
+from .decoding import Columns
 from .wheel_repairs import modulus_of, spikes, unwrapped
 
 

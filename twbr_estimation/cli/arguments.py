@@ -17,8 +17,8 @@ from ..drives.drive import chosen, require_period
 from ..drives.request import RunRequest
 from ..errors import ConfigurationError
 from ..samples import Stamps
-from ..scoring.errors import ScoringOptions
 from ..scoring.estimator_topics import FORM
+from ..scoring.score import ScoringOptions
 
 FLAGS = {
     "names": "--filter",

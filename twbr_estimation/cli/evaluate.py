@@ -18,7 +18,7 @@ from ..drives.request import RunRequest
 from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
 from ..many.places import recordings_at
-from ..scoring.errors import RecordingScore, as_json
+from ..scoring.score import RecordingScore, as_json
 from ..scoring.table import print_many_scores, print_scores, write_scores
 from .arguments import add_request, finish_compiling, in_flags, request_of
 from .many import add_many, carried_out, is_single, print_failures, write_figures

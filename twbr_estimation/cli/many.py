@@ -119,7 +119,7 @@ def _carried_out(
     entries: Sequence[Filter],
 ) -> Series:
     from ..batch.running import COMPILE_AFTER
-    from ..many.contents import size_of
+    from ..many.digests import size_of
     from ..many.running import run
 
     console = Console(stderr=True)

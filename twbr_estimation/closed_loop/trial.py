@@ -15,12 +15,12 @@ import numpy as np
 
 from ..controllers.base import MotorVoltages
 from ..errors import ConfigurationError
-from ..physics.robot import PhysicsRobot
+from ..physics.mujoco_robot import PhysicsRobot
 from ..pipeline.correction import Corrector
 from ..pipeline.pairing import WheelReading
 from ..robot import CorrectionSettings
 from ..samples import CorrectedSample, Sample
-from ..simulation.robot import SensorReading, SimulatedRobot
+from ..simulation.simulated_robot import SensorReading, SimulatedRobot
 from ..simulation.worlds import world_named
 from ..streams.control.balance import (
     NO_VOLTAGE,

@@ -26,7 +26,7 @@ from ..pipeline.warmth import without_warmth
 from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
 from ..samples import RESTART_GAP
-from ..scoring.errors import Association, ScoringOptions
+from ..scoring.score import Association, ScoringOptions
 from ..smoothing import SMOOTHER, Progress, SmoothedTrack, smooth
 from .runs import Runs
 

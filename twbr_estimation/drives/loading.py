@@ -17,7 +17,7 @@ from ..configuration.of_recording import (
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..parameters.argument_checks import require_kind, require_names
-from ..scoring.errors import ScoringOptions
+from ..scoring.score import ScoringOptions
 from .drive import Drive, require_period
 
 _DEFAULT_ROBOT = "geometry is that of `Robot`'s defaults, calibration none"

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..bags import TopicNames
 from ..batch.precompile import Report, compile_missing
 from ..batch.running import COMPILE_AFTER
-from ..scoring.errors import ScoringOptions
+from ..scoring.score import ScoringOptions
 from ..smoothing import Progress
 from .drive import Drive, chosen
 from .loading import load

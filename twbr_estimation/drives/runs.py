@@ -16,7 +16,7 @@ from ..errors import ConfigurationError
 from ..filters import Filter
 from ..parameters.argument_checks import require_kind, shown
 from ..recording import FloatArray, Recording, TiltTrack
-from ..scoring.errors import SMOOTHED, RecordingScore, ScoringOptions, score_recording
+from ..scoring.score import SMOOTHED, RecordingScore, ScoringOptions, score_recording
 from ..smoothing import SmoothedTrack
 from .warnings import warnings_for
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..bags import write_recording
 from ..bags.cleaning import Cleaner
-from ..bags.columns import Columns
+from ..bags.decoding import Columns
 from ..configuration.files import write_section, write_settings
 from ..configuration.filter_settings import Settings
 from ..configuration.of_recording import CONFIG_FOLDER

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import RecordingError
-from ..messages import tilt_of_quaternion
 from ..recording import FloatArray, ImuTrack, Recording, TiltTrack
 from ..robot import Calibration, Robot
+from ..ros_messages import tilt_of_quaternion
 from ..samples import STANDARD_GRAVITY
 from .imported import ImportedLog, ImportOptions, stamps_from_seconds
 from .matlab import matlab_variables

@@ -14,7 +14,7 @@ from ..checks.suitability import suitability
 from ..checks.table import as_json
 from ..configuration.frames import urdf_frames
 from ..drives import Drive, load
-from .contents import digest_of_folder
+from .digests import digest_of_folder
 from .running import Job
 
 

@@ -15,9 +15,9 @@ from ..drives.drive import chosen
 from ..drives.request import RunRequest
 from ..errors import ConfigurationError
 from ..filters import filter_named
-from ..scoring.errors import SMOOTHED, RecordingScore, Score, finite_only, score_recording
+from ..scoring.score import SMOOTHED, RecordingScore, Score, finite_only, score_recording
 from ..smoothing import SMOOTHER, SmoothedTrack
-from .contents import digest_of_folder
+from .digests import digest_of_folder
 from .running import WHOLE, Job
 
 Result = Mapping[str, Any]

@@ -10,8 +10,8 @@ from typing import Any
 from ..bags import TopicNames
 from ..drives import Drive, load
 from ..noise import analyse, as_json
-from ..scoring.errors import ScoringOptions
-from .contents import digest_of_folder
+from ..scoring.score import ScoringOptions
+from .digests import digest_of_folder
 from .running import Job
 
 

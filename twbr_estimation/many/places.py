@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..bags import recordings_below
-from ..bags.finding import is_bag_name
+from ..bags.bag_files import is_bag_name
 from ..disk.reading import exists
 from ..errors import ConfigurationError, RecordingError
 

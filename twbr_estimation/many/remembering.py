@@ -11,7 +11,7 @@ from typing import Any
 
 from ..workers import Outcomes, UnitResult, Work, Workers
 from ..workers.base import Report
-from .contents import version
+from .digests import version
 from .results import ResultTable
 
 

@@ -17,7 +17,7 @@ from ..report.data import RecordingReport, collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
 from ..report.traces import styles_of, traces_of
-from .contents import digest_of_folder
+from .digests import digest_of_folder
 from .running import Failure, Job
 
 PAGE, PICTURE = "report.html", "tilt.png"

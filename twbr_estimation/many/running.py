@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from ..errors import RecordingError, TwbrError
 from ..workers import Channel, UnitResult, Work, Workers
-from .contents import content_of, version
+from .digests import content_of, version
 from .places import is_address, local_copy
 from .results import ResultTable, Row
 

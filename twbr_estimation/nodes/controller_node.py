@@ -24,9 +24,9 @@ from std_srvs.srv import SetBool
 
 from ..controllers.base import MotorVoltages
 from ..errors import MessageError
-from ..messages import GYRO, ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
 from ..pipeline.pairing import WheelReading
 from ..pipeline.physical import NOT_FINITE
+from ..ros_messages import GYRO, ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
 from ..samples import TiltEstimate
 from ..streams.control.balance import NO_VOLTAGE, Standing
 from ..streams.control.deadline import Deadline

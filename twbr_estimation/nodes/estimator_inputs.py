@@ -15,7 +15,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
 from ..errors import MessageError
-from ..messages import ORIENTATION, ORIENTATION_COVARIANCE, UNREPORTED, tilt_of_quaternion
+from ..ros_messages import ORIENTATION, ORIENTATION_COVARIANCE, UNREPORTED, tilt_of_quaternion
 from ..scoring.estimator_topics import EstimatorTopic
 from ..streams.messages import JointStateDecoder, decode_float64, decode_imu
 from .qos import overridable, subscribed

@@ -22,12 +22,12 @@ from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError, MessageError, TwbrError
-from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
-from ..scoring.errors import RecordingScore, ScoringOptions
+from ..ros_messages import set_time
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
 from ..scoring.figure_table import FIGURES
 from ..scoring.live import LiveEvaluation
+from ..scoring.score import RecordingScore, ScoringOptions
 from ..streams.messages import JointStateDecoder
 from . import memory
 from .declarations import declarations_of, settings_from

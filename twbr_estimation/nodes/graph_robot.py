@@ -19,7 +19,7 @@ from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot, Source, 
 from ..dashboard.state import RANK, SILENT_AFTER, state_in_words
 from ..dashboard.telemetry import ACTIVE, Telemetry
 from ..errors import TwbrError
-from ..messages import ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
+from ..ros_messages import ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
 from ..samples import SINGLE_WHEEL_JOINT
 from ..streams.messages import JointStateDecoder, decode_imu, decode_raw_imu
 from .graph_recorder import GraphRecorder

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 from sensor_msgs.msg import Imu, Temperature
 
 from ..errors import ConfigurationError
-from ..messages import set_stamp
 from ..parameters.bounds import Bounds, Meaning
+from ..ros_messages import set_stamp
 from ..sensors.i2c import I2cRegisters, Registers
 from ..sensors.mpu6050 import PACKET_BYTES, ImuReading, Mpu6050, Mpu6050Settings, Reading
 from ..sensors.mpu6050_reader import Counters, Mpu6050Reader

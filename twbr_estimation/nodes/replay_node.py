@@ -23,8 +23,8 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError, TwbrError
-from ..messages import set_time
 from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..ros_messages import set_time
 from ..streams.replay.pacing import FlowWindow, Pace
 from ..streams.replay.player import PlayedPart, Player, stamp_of
 from .declarations import declarations_of, settings_from

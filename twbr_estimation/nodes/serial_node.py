@@ -16,7 +16,8 @@ from typing import Annotated, Any
 from sensor_msgs.msg import Imu, JointState
 
 from ..errors import ConfigurationError
-from ..messages import (
+from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..ros_messages import (
     ACCEL,
     ACCEL_COVARIANCE,
     GYRO,
@@ -25,10 +26,9 @@ from ..messages import (
     ORIENTATION_COVARIANCE,
     UNREPORTED,
 )
-from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..samples import SINGLE_WHEEL_JOINT, Stamps
+from ..streams.device.binary_frames import TICK, WRAP, DeviceSample, decode_frame
 from ..streams.device.clock import DeviceClock
-from ..streams.device.frames import TICK, WRAP, DeviceSample, decode_frame
 from ..streams.device.lines import NANOSECOND, LineDecoder
 from ..streams.device.port import PortStream, text_decoder
 from ..streams.messages import ImuEncoder, JointStateEncoder

@@ -22,14 +22,14 @@ from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from ..errors import MessageError
-from ..messages import ACCEL, GYRO, IMU_DOUBLES, set_time
 from ..robot import Robot
+from ..ros_messages import ACCEL, GYRO, IMU_DOUBLES, set_time
 from ..sensors.encoder import EncoderSettings
 from ..sensors.motion import Angle
 from ..sensors.simulated_counter import SimulatedCounter
 from ..sensors.simulated_mpu6050 import SimulatedMpu6050
-from ..simulation.robot import SensorReading
 from ..simulation.simulate import WHEEL_COUNTS
+from ..simulation.simulated_robot import SensorReading
 from ..streams.messages import ImuEncoder, JointStateEncoder, decode_float64s
 from ..streams.simulator.settings import Disturbance, SensorPath, SimulatorSettings
 from ..streams.simulator.simulator import Simulator

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from ..messages import set_stamp, set_tilt
+from ..ros_messages import set_stamp, set_tilt
 from .declarations import Declaration
 from .parameters import declare
 from .qos import DEPTH

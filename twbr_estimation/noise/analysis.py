@@ -11,7 +11,7 @@ import numpy as np
 from ..drives import Drive
 from ..errors import RecordingError
 from ..recording import FloatArray, ImuTrack, Recording
-from ..scoring.errors import errors_of
+from ..scoring.score import errors_of
 from .allan import AllanCurve, allan_curve
 from .rest import Drift, drift, longest_rest
 from .spectra import AngleNoise, Spectrum, angle_noise, band_of, spectrum

@@ -14,9 +14,9 @@ from ..batch.running import run_compiled
 from ..drives import Drive
 from ..errors import ConfigurationError
 from ..filters import filter_named
-from ..messages import tilt_of_quaternion
 from ..recording import FloatArray, TiltTrack
-from ..scoring.errors import RecordingScore, score_recording
+from ..ros_messages import tilt_of_quaternion
+from ..scoring.score import RecordingScore, score_recording
 from .base import Inertial, Peer
 from .compiled import PEERS as COMPILED
 from .stepped import PEERS as STEPPED

@@ -13,7 +13,7 @@ from ..errors import RecordingError
 from ..filters import filter_named
 from ..noise.analysis import MotionSpectra, motion_of
 from ..recording import TiltTrack
-from ..scoring.errors import mean_square_error
+from ..scoring.score import mean_square_error
 from .quality import Quality, quality_of
 
 RAW = "raw angle"

@@ -17,8 +17,8 @@ from .. import __version__
 from ..drives import Runs
 from ..errors import ConfigurationError
 from ..filters import filter_named
-from ..scoring.errors import ScoringOptions, mean_over
 from ..scoring.figure_table import FIGURES
+from ..scoring.score import ScoringOptions, mean_over
 from .data import RAW, RecordingReport
 from .plotting_packages import import_bokeh
 from .traces import REFERENCE, Trace, styles_of, traces_of

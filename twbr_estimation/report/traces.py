@@ -12,7 +12,7 @@ from ..errors import RecordingError
 from ..noise import Spectrum, spectrum, uniform_stretch
 from ..noise.analysis import SHORTEST_MOTION
 from ..recording import FloatArray, TiltTrack
-from ..scoring.errors import Association, errors_of
+from ..scoring.score import Association, errors_of
 from .data import RAW, RecordingReport
 from .palette import ERROR_COLOURS, MOTION, style_of
 

@@ -14,7 +14,7 @@ from ..drives import Drive
 from ..filters import filter_named
 from ..recording import FloatArray, TiltTrack
 from ..robot import CorrectionSettings
-from ..scoring.errors import Association, Score, ScoringOptions, score
+from ..scoring.score import Association, Score, ScoringOptions, score
 from ..simulation import simulate
 from ..simulation.worlds import STAND
 from ..tuning.filter import TuningTask

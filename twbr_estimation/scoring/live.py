@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..errors import RecordingError
 from ..recording import FloatArray, StampArray, TiltTrack
 from ..samples import RESTART_GAP
-from .errors import (
+from .score import (
     Association,
     ErrorSums,
     RecordingScore,

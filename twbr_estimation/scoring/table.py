@@ -13,8 +13,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..disk.writing import write_text
-from .errors import SMOOTHED, RecordingScore, as_json, mean_over
 from .figure_table import FIGURES
+from .score import SMOOTHED, RecordingScore, as_json, mean_over
 
 
 def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:

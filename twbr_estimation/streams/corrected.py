@@ -9,7 +9,11 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from ..messages import (
+from ..pipeline.pairing import DEFAULT_WAIT
+from ..pipeline.physical import LARGEST_VARIANCE, known_variance
+from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
+from ..robot import Calibration
+from ..ros_messages import (
     ACCEL,
     ACCEL_COVARIANCE,
     GYRO,
@@ -18,10 +22,6 @@ from ..messages import (
     UNREPORTED,
     tilt_of_quaternion,
 )
-from ..pipeline.pairing import DEFAULT_WAIT
-from ..pipeline.physical import LARGEST_VARIANCE, known_variance
-from ..pipeline.saturation import ACCEL_MARK, GYRO_MARK
-from ..robot import Calibration
 from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample
 from .guarded import UNKNOWN_TIME, GuardedPairing, StampedSamples
 from .stamps import Verdict

@@ -11,7 +11,9 @@ import struct
 from collections.abc import Sequence
 
 from ..errors import MessageError
-from ..messages import (
+from ..pipeline.pairing import MotorCommand, motor_command
+from ..pipeline.physical import LARGEST_VOLTAGE
+from ..ros_messages import (
     ACCEL,
     ACCEL_COVARIANCE,
     GYRO,
@@ -21,8 +23,6 @@ from ..messages import (
     ORIENTATION_COVARIANCE,
     POSE_DOUBLES,
 )
-from ..pipeline.pairing import MotorCommand, motor_command
-from ..pipeline.physical import LARGEST_VOLTAGE
 from ..samples import NANOSECONDS_PER_SECOND
 
 _STAMP = 4  # header first: seconds, nanoseconds, then the frame id

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..batch import run_filter
 from ..filters.base import Filter, Parameter, filter_named
-from .findings import error_moduli, warnings_for
 from .objective import Objective, TuningSet
 from .search import Figure, Progress, no_progress, search, tunable
+from .warnings import error_moduli, warnings_for
 
 FORGET_WITHIN = 60.0
 """Time within which a tilt error must shrink to 1/e [s]: a recording that begins with the right

@@ -15,7 +15,7 @@ from ..errors import ConfigurationError, RecordingError
 from ..pipeline.pairing import SampleTrack
 from ..recording import FloatArray, StampArray
 from ..robot import CorrectionSettings, Setup
-from ..scoring.errors import Association
+from ..scoring.score import Association
 
 SLOPE_HALF_WIDTH = 0.01
 """The reference's rate is its difference over twice this [s]: one sample shows its counts only."""

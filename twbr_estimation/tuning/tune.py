@@ -22,14 +22,14 @@ from ..filters import filter_named, listed_filters
 from ..recording import Recording
 from ..robot import CorrectionSettings
 from ..samples import READINGS
-from ..scoring.errors import ScoringOptions
+from ..scoring.score import ScoringOptions
 from ..workers import Workers
 from .correction import TunedCorrection, tune_correction
 from .filter import TunedFilter, TuningTask
-from .findings import saturation_warnings
 from .objective import Objective, TuningSet, prepare
 from .search import tunable
 from .several import tune_filters
+from .warnings import saturation_warnings
 
 LEAST_SAMPLES = 100
 """Shortest recording that parameters are fitted to; fewer samples fit anything."""

@@ -12,7 +12,7 @@ from twbr_estimation.controllers import MotorVoltages
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.pipeline.pairing import WheelReading
 from twbr_estimation.robot import Robot
-from twbr_estimation.simulation.robot import SimulatedRobot
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 from twbr_estimation.streams.control.balance import (
     BalanceConfiguration,
     BalanceSettings,

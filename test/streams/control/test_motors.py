@@ -12,7 +12,7 @@ from twbr_estimation.controllers import Controller, controller_named, controller
 from twbr_estimation.controllers import base as registry
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.pipeline.pairing import wheel_reading
-from twbr_estimation.simulation.robot import SimulatedRobot
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 from twbr_estimation.streams.control.balance import (
     NO_VOLTAGE,
     BalanceConfiguration,

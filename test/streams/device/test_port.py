@@ -11,8 +11,7 @@ import pytest
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.imports.csv_description import read_description
-from twbr_estimation.streams.device.clock import DeviceClock
-from twbr_estimation.streams.device.frames import (
+from twbr_estimation.streams.device.binary_frames import (
     TICK,
     WRAP,
     DeviceSample,
@@ -20,6 +19,7 @@ from twbr_estimation.streams.device.frames import (
     decode_frame,
     encode_frame,
 )
+from twbr_estimation.streams.device.clock import DeviceClock
 from twbr_estimation.streams.device.lines import NANOSECOND, LineDecoder
 from twbr_estimation.streams.device.port import LONGEST, PortStream, text_decoder
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from twbr_estimation.errors import ConfigurationError
-from twbr_estimation.simulation.robot import SimulatedRobot
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 from twbr_estimation.streams.simulator.settings import (
     CommandUnit,
     Disturbance,

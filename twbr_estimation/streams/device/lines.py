@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...errors import ConfigurationError
-from .frames import DeviceSample, FrameError
+from .binary_frames import DeviceSample, FrameError
 
 if TYPE_CHECKING:
     from ...imports.csv_description import Column, Description

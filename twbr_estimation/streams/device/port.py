@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from .binary_frames import DeviceSample, FrameError
 from .clock import DeviceClock
-from .frames import DeviceSample, FrameError
 
 LONGEST = 4096
 """Bytes without an end after which they are dropped: another baud rate, or no such device."""

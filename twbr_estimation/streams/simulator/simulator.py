@@ -7,13 +7,13 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ...physics.robot import PhysicsRobot
+from ...physics.mujoco_robot import PhysicsRobot
 from ...plants.laddach2022 import PlantState, back_emf, motor_torque
 from ...robot import Robot
 from ...samples import SINGLE_WHEEL_JOINT
 from ...sensors.motion import ImuMotion
 from ...simulation.disturbances import STEP
-from ...simulation.robot import SensorReading, SimulatedRobot
+from ...simulation.simulated_robot import SensorReading, SimulatedRobot
 from .settings import CommandUnit, Disturbance, Physics, SimulatorSettings
 
 STOPPED = (0.0, 0.0)

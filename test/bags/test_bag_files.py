@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from twbr_estimation.bags import read_recording, recordings_below, write_recording
-from twbr_estimation.bags.finding import bag_files
+from twbr_estimation.bags.bag_files import bag_files
 from twbr_estimation.errors import RecordingError
 from twbr_estimation.recording import Recording
 

@@ -11,7 +11,7 @@ from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.rig import STOP_TILT
 from twbr_estimation.simulation.rig_controller import balance_gains, balance_voltage
-from twbr_estimation.simulation.robot import SensorReading, SimulatedRobot
+from twbr_estimation.simulation.simulated_robot import SensorReading, SimulatedRobot
 from twbr_estimation.simulation.worlds import world_named
 
 NO_COMMAND = (0.0, 0.0)
@@ -173,7 +173,7 @@ def test_what_is_no_period_is_refused(period):
 
 def test_interpreted_steps_import_no_compiler():
     program = (
-        "import sys; from twbr_estimation.simulation.robot import SimulatedRobot;"
+        "import sys; from twbr_estimation.simulation.simulated_robot import SimulatedRobot;"
         "SimulatedRobot('paper', 3, duration=1.0).advance((0.0, 0.0), 0.1);"
         "print('numba' in sys.modules)"
     )

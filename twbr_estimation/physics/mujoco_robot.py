@@ -15,8 +15,8 @@ import numpy as np
 from ..recording import FloatArray
 from ..robot import Robot
 from ..simulation.disturbances import STEP
-from ..simulation.robot import SensorReading, Truth, limited_voltages, steps_of
 from ..simulation.simulate import FIRST_STAMP, setups_of
+from ..simulation.simulated_robot import SensorReading, Truth, limited_voltages, steps_of
 from ..simulation.worlds import World, world_named
 from .balance import CONTROL_PERIOD
 from .engine import Pose, empty

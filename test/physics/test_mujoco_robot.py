@@ -13,8 +13,8 @@ from twbr_estimation.cli.main import main
 from twbr_estimation.closed_loop.trial import TRUTH, Trial, run
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.physics.engine import BAR_HEIGHT, empty
+from twbr_estimation.physics.mujoco_robot import PhysicsRobot
 from twbr_estimation.physics.performance import Performance
-from twbr_estimation.physics.robot import PhysicsRobot
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.streams.simulator.settings import Disturbance, Physics, SimulatorSettings

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from .. import __version__
-from ..bags.finding import bag_files
+from ..bags.bag_files import bag_files
 from ..configuration.of_recording import CONFIG_FOLDER
 from ..disk.reading import open_regular
 from ..errors import RecordingError

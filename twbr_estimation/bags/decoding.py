@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from ..messages import (
+from ..recording import FloatArray
+from ..ros_messages import (
     ACCEL,
     ACCEL_COVARIANCE,
     GYRO,
@@ -24,7 +25,6 @@ from ..messages import (
     ORIENTATION_COVARIANCE,
     POSE_DOUBLES,
 )
-from ..recording import FloatArray
 from ..samples import NANOSECONDS_PER_SECOND
 from .message_batch import IntArray, MessageBatch
 

@@ -9,7 +9,7 @@ import pytest
 
 from twbr_estimation.errors import RecordingError
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack
-from twbr_estimation.scoring.errors import (
+from twbr_estimation.scoring.score import (
     Association,
     ScoringOptions,
     as_json,
