@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from twbr_estimation.drives import load
-from twbr_estimation.many.running import Job
+from twbr_estimation.many.jobs import Job
 from workers.work import die_at
 
 

@@ -11,7 +11,6 @@ import random
 import socket
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +19,7 @@ from typing import Any
 import pytest
 
 try:
-    import rclpy
+    import rclpy  # noqa: F401
 except ImportError:  # no pytest.importorskip: in a conftest.py, pytest 7.4 ends everything with it
     collect_ignore_glob = ["*"]
 
@@ -28,6 +27,9 @@ except ImportError:  # no pytest.importorskip: in a conftest.py, pytest 7.4 ends
         """Say that the tests of the nodes were left out."""
         terminalreporter.write_line("LEFT OUT test/nodes: needs ROS 2: pip install .[ros]")
 
+    BareGraph: Any = object
+else:
+    from reliability.graph import Graph as BareGraph
 
 QUEUE_DEPTH = 2000
 """Longer than anything a test publishes, so that nothing is lost to scheduling."""
@@ -70,33 +72,8 @@ def domain() -> Iterator[int]:
         yield found
 
 
-class Graph:
+class Graph(BareGraph):
     """Nodes of one test in one context, spun by one executor in the test's thread."""
-
-    def __init__(self, domain: int) -> None:
-        from rclpy.context import Context
-
-        from twbr_estimation.nodes.spin import make_executor
-
-        self.context = Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.executor = make_executor(self.context)
-        self.nodes: list[Any] = []
-        self.probe = self.add(rclpy.create_node("probe", context=self.context))
-        """A plain node to subscribe, publish and call services with."""
-
-    def add(self, node: Any) -> Any:
-        """Spin this node too; it must have been created with `**graph.options(...)`."""
-        self.executor.add_node(node)
-        self.nodes.append(node)
-        return node
-
-    def options(self, **parameters: Any) -> dict[str, Any]:
-        """Return node options with this context and initial parameters (`a__b` is `a.b`)."""
-        from rclpy.parameter import Parameter
-
-        overrides = [Parameter(key.replace("__", "."), value=v) for key, v in parameters.items()]
-        return {"context": self.context, "parameter_overrides": overrides}
 
     def lossless(self, *subscribed: str, published: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return parameters that make topics of a node reliable, with long queues."""
@@ -133,31 +110,6 @@ class Graph:
         received: list[Any] = []
         self.probe.create_subscription(kind, topic, received.append, depth)
         return received
-
-    def spin_until(self, condition: Callable[[], bool], limit: float = 20.0) -> None:
-        """Spin until the condition holds; fail after `limit` seconds."""
-        end = time.monotonic() + limit
-        while not condition():
-            if time.monotonic() > end:
-                pytest.fail(f"condition not met within {limit} s")
-            self.executor.spin_once(timeout_sec=0.02)
-
-    def call(self, kind: Any, service: str, request: Any) -> Any:
-        """Call a service and return its response."""
-        client = self.probe.create_client(kind, service)
-        self.spin_until(client.service_is_ready)
-        future = client.call_async(request)
-        self.spin_until(future.done)
-        self.probe.destroy_client(client)
-        return future.result()
-
-    def close(self) -> None:
-        """Destroy all nodes and the context."""
-        for node in self.nodes:
-            self.executor.remove_node(node)
-            node.destroy_node()
-        self.executor.shutdown()
-        self.context.try_shutdown()
 
 
 @pytest.fixture

@@ -21,10 +21,10 @@ from twbr_estimation.nodes.spin import make_executor
 class Graph:
     """A context with a probe and any number of nodes."""
 
-    def __init__(self) -> None:
-        """Start in the domain of the environment."""
+    def __init__(self, domain: int | None = None) -> None:
+        """Start in a ROS domain; None is that of the environment."""
         self.context = Context()
-        rclpy.init(context=self.context)
+        rclpy.init(context=self.context, domain_id=domain)
         self.executor = make_executor(self.context)
         self.nodes: list[Any] = []
         self.probe = self.add(rclpy.create_node("probe", context=self.context))

@@ -156,37 +156,32 @@ def _radius(cause: Cause, severity: Severity, robot: Robot) -> Finding:
 
 
 def _gyro(cause: Cause, severity: Severity, robot: Robot) -> Finding:
-    reading = 1.0 / cause.ratio
-    unit = of_gyro(reading)
-    named = f"; it looks like {unit}" if unit else ""
-    sign = " with the wrong sign" if reading < 0.0 else ""
-    return Finding(
-        severity,
-        "gyro",
-        "sign" if reading < 0.0 and not unit else "unit",
-        f"the pitch rate contradicts wheels and accelerometer: it reads {abs(reading):.3g} times "
-        f"the true rate{sign}{named}; give rad/s, positive leaning forward, and check "
-        "robot.mounting",
-        reading,
-        "robot.mounting",
+    del robot
+    text = (
+        "the pitch rate contradicts wheels and accelerometer: it reads {} times the true rate{}; "
     )
+    text += "give rad/s, positive leaning forward, and check robot.mounting"
+    return _sensor("gyro", cause, severity, of_gyro, text)
 
 
 def _accelerometer(cause: Cause, severity: Severity, robot: Robot) -> Finding:
+    del robot
+    text = "the forward axis contradicts gyro and wheels: it reads {} times the true specific "
+    text += "force{}; give m/s^2, +g on the axis that points up, and check robot.mounting"
+    return _sensor("accelerometer", cause, severity, of_accelerometer, text)
+
+
+def _sensor(
+    name: str, cause: Cause, severity: Severity, unit_of: Callable[[float], str], text: str
+) -> Finding:
+    """Return a finding about a sensor; `text` has places for the factor and what it may be."""
     reading = 1.0 / cause.ratio
-    unit = of_accelerometer(reading)
+    unit = unit_of(reading)
     named = f"; it looks like {unit}" if unit else ""
     sign = " with the wrong sign" if reading < 0.0 else ""
-    return Finding(
-        severity,
-        "accelerometer",
-        "sign" if reading < 0.0 and not unit else "unit",
-        f"the forward axis contradicts gyro and wheels: it reads {abs(reading):.3g} times the "
-        f"true specific force{sign}{named}; give m/s^2, +g on the axis that points up, and check "
-        "robot.mounting",
-        reading,
-        "robot.mounting",
-    )
+    check = "sign" if reading < 0.0 and not unit else "unit"
+    text = text.format(f"{abs(reading):.3g}", f"{sign}{named}")
+    return Finding(severity, name, check, text, reading, "robot.mounting")
 
 
 def _axis(cause: Cause, severity: Severity, robot: Robot) -> Finding | None:

@@ -62,7 +62,12 @@ def add_parser(subparsers: Any) -> None:
     still.add_argument(
         "--window", type=float, metavar="S", help="length of the windows the drift is shown over"
     )
-    _add_kind(kinds, "poses", "accelerometer scale from a robot held at angles", _poses)
+    _add_kind(
+        kinds,
+        "poses",
+        "accelerometer scale from a robot held at angles",
+        lambda drives, setup, _: poses_findings(calibrate_poses(drives[0], setup), setup),
+    )
     summary = "lever arm, wheel radius, mounting, gyro scale and delays from drives"
     geometry = _add_kind(kinds, "geometry", summary, _geometry, "+")
     geometry.add_argument(
@@ -71,18 +76,26 @@ def add_parser(subparsers: Any) -> None:
         help="make a reference from the recording itself where it has none",
     )
     summary = "accelerometer bias and scale from a robot put on three to six faces"
-    _add_kind(kinds, "faces", summary, _faces, "+")
+    _add_kind(kinds, "faces", summary, lambda drives, setup, _: calibrate_faces(drives, setup), "+")
     summary = "gyro scale from whole turns by hand between two rests"
-    turns = _add_kind(kinds, "turns", summary, _turns, "+")
+    turns = _add_kind(
+        kinds,
+        "turns",
+        summary,
+        lambda drives, setup, given: calibrate_turns(drives, setup, given.turns),
+        "+",
+    )
     turns.add_argument(
         "--turns", type=float, metavar="N", help="turns made; default: the nearest whole number"
     )
     summary = "mounting pitch from a robot leant against a wall, forward and backward"
-    _add_kind(kinds, "wall", summary, _wall, "+")
+    _add_kind(kinds, "wall", summary, lambda drives, setup, _: calibrate_wall(drives, setup), "+")
     summary = "the tilt at which the robot balances, from balancing"
-    _add_kind(kinds, "balance", summary, _balance, "+")
+    _add_kind(
+        kinds, "balance", summary, lambda drives, setup, _: calibrate_balance(drives, setup), "+"
+    )
     summary = "gyro bias against temperature, from a robot at rest that warms up"
-    _add_kind(kinds, "warmup", summary, _warmup)
+    _add_kind(kinds, "warmup", summary, lambda drives, setup, _: calibrate_warmup(drives[0], setup))
 
 
 def _add_kind(
@@ -201,13 +214,6 @@ def _still(
     return still_findings(calibrate_still(recordings[0], setup, options), setup)
 
 
-def _poses(
-    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
-) -> Findings:
-    del arguments
-    return poses_findings(calibrate_poses(recordings[0], setup), setup)
-
-
 def _geometry(
     recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
 ) -> Findings:
@@ -223,35 +229,3 @@ def _smoothed(recording: Recording, setup: Setup) -> Recording:
         return recording
     drive = Drive(recording, setup)
     return drive.with_reference(drive.smoothed().as_track()).recording
-
-
-def _faces(
-    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
-) -> Findings:
-    del arguments
-    return calibrate_faces(recordings, setup)
-
-
-def _turns(
-    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
-) -> Findings:
-    return calibrate_turns(recordings, setup, arguments.turns)
-
-
-def _wall(recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace) -> Findings:
-    del arguments
-    return calibrate_wall(recordings, setup)
-
-
-def _balance(
-    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
-) -> Findings:
-    del arguments
-    return calibrate_balance(recordings, setup)
-
-
-def _warmup(
-    recordings: Sequence[Recording], setup: Setup, arguments: argparse.Namespace
-) -> Findings:
-    del arguments
-    return calibrate_warmup(recordings[0], setup)

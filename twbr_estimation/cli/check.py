@@ -12,8 +12,9 @@ from rich.console import Console
 from ..checks.finding import Severity, worst
 from ..checks.table import from_json, print_findings
 from ..many.checking import Checking
+from ..many.jobs import WHOLE
 from ..many.places import recordings_at
-from ..many.running import WHOLE, Failure
+from ..many.series import Failure
 from .arguments import add_recordings, add_settings, topic_names
 from .frames import add_frames, frames_of
 from .many import add_many, carried_out, is_single, print_failures, write_figures

@@ -22,8 +22,9 @@ from .arguments import in_flags
 
 if TYPE_CHECKING:  # what one recording does not need is imported where it is used
     from ..filters import Filter
+    from ..many.jobs import Job
     from ..many.results import ResultTable
-    from ..many.running import Failure, Job, Progress, Report, Series
+    from ..many.series import Failure, Progress, Report, Series
     from ..workers import Workers
 
 SMALL = 8_000_000
@@ -120,7 +121,7 @@ def _carried_out(
 ) -> Series:
     from ..batch.running import COMPILE_AFTER
     from ..many.digests import size_of
-    from ..many.running import run
+    from ..many.series import run
 
     console = Console(stderr=True)
     size = sum(map(size_of, places))

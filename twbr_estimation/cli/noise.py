@@ -15,9 +15,10 @@ from rich.progress import Progress
 from rich.table import Table
 
 from ..errors import ConfigurationError
+from ..many.jobs import WHOLE
 from ..many.noise_figures import NoiseFigures
 from ..many.places import local_copy, recordings_at
-from ..many.running import WHOLE, Failure
+from ..many.series import Failure
 from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE

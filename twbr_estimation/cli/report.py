@@ -17,9 +17,9 @@ from ..disk.writing import write_text
 from ..drives.drive import chosen
 from ..drives.request import RunRequest
 from ..errors import ConfigurationError
+from ..many.jobs import WHOLE
 from ..many.places import recordings_at
 from ..many.reporting import PAGE, Reporting, index_page, title_of
-from ..many.running import WHOLE
 from ..report.data import collect
 from ..report.page import render
 from ..report.pictures import tilt_picture

@@ -15,7 +15,7 @@ from ..checks.table import as_json
 from ..configuration.frames import urdf_frames
 from ..drives import Drive, load
 from .digests import digest_of_folder
-from .running import Job
+from .jobs import Job
 
 
 def findings_of(drive: Drive) -> list[Finding]:

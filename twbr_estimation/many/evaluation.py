@@ -18,7 +18,7 @@ from ..filters import filter_named
 from ..scoring.score import SMOOTHED, RecordingScore, Score, finite_only, score_recording
 from ..smoothing import SMOOTHER, SmoothedTrack
 from .digests import digest_of_folder
-from .running import WHOLE, Job
+from .jobs import WHOLE, Job
 
 Result = Mapping[str, Any]
 

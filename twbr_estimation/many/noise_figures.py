@@ -12,7 +12,7 @@ from ..drives import Drive, load
 from ..noise import analyse, as_json
 from ..scoring.score import ScoringOptions
 from .digests import digest_of_folder
-from .running import Job
+from .jobs import Job
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,8 @@ from ..report.page import render
 from ..report.pictures import tilt_picture
 from ..report.traces import styles_of, traces_of
 from .digests import digest_of_folder
-from .running import Failure, Job
+from .jobs import Job
+from .series import Failure
 
 PAGE, PICTURE = "report.html", "tilt.png"
 

@@ -15,7 +15,7 @@ from twbr_estimation.drives.request import RunRequest
 from twbr_estimation.many.evaluation import Evaluation, merged
 from twbr_estimation.many.places import recordings_at
 from twbr_estimation.many.results import ResultTable
-from twbr_estimation.many.running import BATCH_SECONDS, Progress, Series, run
+from twbr_estimation.many.series import BATCH_SECONDS, Progress, Series, run
 from twbr_estimation.workers import LocalPool, ThisProcess, Work, Workers
 
 NAMES = ("complementary", "kalman", "accelerometer")
@@ -102,7 +102,7 @@ def test_what_is_repeated_computes_nothing_and_what_is_new_only_itself(
 def test_a_run_that_is_cut_goes_on(
     runs: Path, table: ResultTable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("twbr_estimation.many.running.BATCH_SECONDS", 0.0)
+    monkeypatch.setattr("twbr_estimation.many.series.BATCH_SECONDS", 0.0)
     places = recordings_at([runs])
     cut, rest = Counted(ThisProcess(), stop_after=5), Counted(ThisProcess())
     with pytest.raises(KeyboardInterrupt):
