@@ -2,7 +2,7 @@
 
 Mean over seeds and time of the smallest variance that any estimator of its kind can have, and
 of the square error against the truth, both in deg^2; see
-`twbr_estimation.simulation.cramer_rao.rig`
+`cramer_rao.rig`
 for what is taken as known. `--without` switches causes off.
 
     python bench/bound.py --first 6001 --seeds 10
@@ -15,11 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 from accuracy import CAUSES as BUILT_IN
+from cramer_rao.rig import bound
 
 from twbr_estimation.batch import run_filter
 from twbr_estimation.filters import filter_named
 from twbr_estimation.simulation import simulate
-from twbr_estimation.simulation.cramer_rao.rig import bound
 from twbr_estimation.simulation.simulate import Simulated
 from twbr_estimation.simulation.worlds import world_named
 from twbr_estimation.smoothing import SMOOTHER, smooth

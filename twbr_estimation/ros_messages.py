@@ -1,7 +1,6 @@
 """ROS-shaped messages to and from plain numbers, by attribute; imports no ROS.
 
-Anything with the fields of `sensor_msgs/Imu` or `sensor_msgs/JointState` will do: rclpy's
-messages, those of rosbags, or a test's own.
+Anything with the fields of a message will do: rclpy's messages, those of rosbags, or a test's own.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .samples import NANOSECONDS_PER_SECOND, Sample
+from .samples import NANOSECONDS_PER_SECOND
 
 IMU_DOUBLES = 37
 """Doubles of a serialised Imu: three vectors, each with its covariance of nine."""
@@ -40,27 +39,6 @@ def set_stamp(message: Any, nanoseconds: int) -> None:
 def set_time(time: Any, nanoseconds: int) -> None:
     """Write a time [ns] into a message of seconds and nanoseconds."""
     time.sec, time.nanosec = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
-
-
-def sample_of(imu: Any, dt: float = 0.0) -> Sample:
-    """Return the readings of an Imu message as a sample without wheels."""
-    gyro, accel = imu.angular_velocity, imu.linear_acceleration
-    return Sample(dt, gyro.x, gyro.y, gyro.z, accel.x, accel.y, accel.z)
-
-
-def set_readings(imu: Any, reading: Any) -> None:
-    """Write gyro and accelerometer, by the names in `Sample`, into an Imu message."""
-    gyro, accel = imu.angular_velocity, imu.linear_acceleration
-    gyro.x, gyro.y, gyro.z = reading.gyro_x, reading.gyro_y, reading.gyro_z
-    accel.x, accel.y, accel.z = reading.accel_x, reading.accel_y, reading.accel_z
-
-
-def joint_position(state: Any, joint: str) -> float | None:
-    """Return the position of a joint of a JointState [rad]; None where it has none."""
-    try:
-        return float(state.position[list(state.name).index(joint)])
-    except (ValueError, IndexError):
-        return None
 
 
 def tilt_of(orientation: Any) -> float:

@@ -60,6 +60,11 @@ class TiltInput:
         """Whether wheel readings make a difference."""
         return self.raw or self.paired
 
+    @property
+    def _stream(self) -> CorrectionStream | CorrectedStream:
+        """The stream that takes messages of the present kind."""
+        return self._correction if self.raw else self._corrected
+
     def use(self, code: StepCode | None) -> None:
         """Correct raw messages by machine code; the numbers stay the same."""
         self._correction.use(code)
@@ -97,7 +102,7 @@ class TiltInput:
                 return []
             ready = self.flush()
             self._others, self.raw = 0, raw
-            (self._correction if raw else self._corrected).begin_afresh()
+            self._stream.begin_afresh()
         if raw:
             stamp = self._stamping.stamp(stamp, now)
             return ready + self._correction.add_imu(stamp, readings_of(values))
@@ -127,15 +132,15 @@ class TiltInput:
         reading = self._wheels.decode(data, now)
         if reading is None:
             return []
-        return (self._correction if self.raw else self._corrected).add_wheels(reading)
+        return self._stream.add_wheels(reading)
 
     def add_motors(self, command: MotorCommand) -> None:
         """Take a command to the motors."""
-        (self._correction if self.raw else self._corrected).add_motors(command)
+        self._stream.add_motors(command)
 
     def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
-        return (self._correction if self.raw else self._corrected).flush()
+        return self._stream.flush()
 
     def problems(self) -> tuple[str, ...]:
         """Return why messages are not used."""
@@ -144,7 +149,7 @@ class TiltInput:
 
     def counts(self) -> Counter[str]:
         """Return how often samples were skipped or started a new stream, by reason."""
-        stream = self._correction if self.raw else self._corrected
+        stream = self._stream
         found: Counter[str] = Counter()
         for prefix, guard in (("imu", stream.imu_guard), ("wheel", stream.wheel_guard)):
             found.update({f"{prefix}_{name}": count for name, count in guard.counts.items()})

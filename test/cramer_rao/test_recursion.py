@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cramer_rao.recursion import Jacobians, cramer_rao_of
+from cramer_rao.rig import bound
 
 from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.simulation import simulate
-from twbr_estimation.simulation.cramer_rao.recursion import Jacobians, cramer_rao_of
-from twbr_estimation.simulation.cramer_rao.rig import bound
 from twbr_estimation.simulation.worlds import world_named
 
 STEPS, STATES = 25, 3

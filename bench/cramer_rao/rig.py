@@ -15,23 +15,24 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...batch import CorrectedTrack
-from ...errors import ConfigurationError
-from ...filters.inertial.aiding import EXCESS_SPREAD, EXCESS_TIME
-from ...filters.inertial.navigation import SHOCK
-from ...filters.inertial.restart import FIRST_VELOCITY
-from ...filters.ins_odometer import FIRST_TILT
-from ...recording import FloatArray
-from ..disturbances import (
+from twbr_estimation.batch import CorrectedTrack
+from twbr_estimation.errors import ConfigurationError
+from twbr_estimation.filters.inertial.aiding import EXCESS_SPREAD, EXCESS_TIME
+from twbr_estimation.filters.inertial.navigation import SHOCK
+from twbr_estimation.filters.inertial.restart import FIRST_VELOCITY
+from twbr_estimation.filters.ins_odometer import FIRST_TILT
+from twbr_estimation.recording import FloatArray
+from twbr_estimation.simulation.disturbances import (
     BUMP_CUTOFF,
     DRIFT_SECONDS,
     STEP,
     VIBRATION_DAMPING,
     VIBRATION_FREQUENCIES,
 )
-from ..planar_sensing import RESIDUAL_RMS
-from ..rig import BUMP_LEVEL, VIBRATION_LEVEL
-from ..simulate import WHEEL_COUNTS, Simulated
+from twbr_estimation.simulation.planar_sensing import RESIDUAL_RMS
+from twbr_estimation.simulation.rig import BUMP_LEVEL, VIBRATION_LEVEL
+from twbr_estimation.simulation.simulate import WHEEL_COUNTS, Simulated
+
 from .recursion import CramerRao, Jacobians, cramer_rao_of
 
 TILT, VELOCITY, DISTANCE, GYRO_BIAS, GYRO_GAIN, EXCESS = range(6)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...recording import FloatArray
+from twbr_estimation.recording import FloatArray
 
 
 class Jacobians(NamedTuple):
