@@ -114,12 +114,12 @@ def start(folder: Path, world: str, name_of_filter: str, compiled: bool) -> list
     setup, _ = setups_of(world_named(world), 1)
     write_section(folder / "robot.yaml", setup.robot, {}, replace=True)
     write_section(folder / "calibration.yaml", setup.calibration, {}, replace=True)
-    told = [text for name in ("robot", "calibration") for text in
+    files = [text for name in ("robot", "calibration") for text in
             ("--params-file", str(folder / f"{name}.yaml"))]  # fmt: skip
     simulated = ["-p", f"world:={world}", "-p", f"compiled:={str(compiled).lower()}"]
-    arguments = dict.fromkeys(NODES, told) | {"simulator": simulated}
+    arguments = dict.fromkeys(NODES, files) | {"simulator": simulated}
     if name_of_filter:
-        arguments["filter"] = [*told, "-p", f"filter:={name_of_filter}"]
+        arguments["filter"] = [*files, "-p", f"filter:={name_of_filter}"]
     return [Process(name, arguments[name]) for name in NODES]
 
 

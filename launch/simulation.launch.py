@@ -77,7 +77,7 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     lossless_topics = [reliable] if in_lockstep else []
     sim_time = {"use_sim_time": in_lockstep or given["use_sim_time"] == "true"}
     common: list[Any] = [*lossless_topics, sim_time]
-    known = told(given["world"], int(given["seed"]), given["physics"])
+    known = estimator_setup(given["world"], int(given["seed"]), given["physics"])
     chosen: dict[str, Any] = {"filter": given["filter"]} if given["filter"] else {}
     if given["compare"]:
         chosen["compare"] = given["compare"].split(",")
@@ -114,7 +114,7 @@ def simulator(given: dict[str, str]) -> dict[str, Any]:
     return {**chosen, **switches, **periods}
 
 
-def told(world: str, seed: int, physics: str = "rig") -> dict[str, Any]:
+def estimator_setup(world: str, seed: int, physics: str = "rig") -> dict[str, Any]:
     """Return the parameters of the estimator: the robot's geometry and the sensor's errors."""
     chosen = world_named(world)
     setup, _ = setups_of(chosen if physics == "rig" else spatial(chosen, Robot()), seed)

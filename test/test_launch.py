@@ -137,7 +137,7 @@ def test_a_display_describes_the_robot_and_opens_rviz_on_demand(tmp_path: Path) 
 
 
 def test_the_simulation_passes_its_setup_to_the_estimator() -> None:
-    known = load(FOLDER / "simulation.launch.py").told("W4", 3)
+    known = load(FOLDER / "simulation.launch.py").estimator_setup("W4", 3)
     assert known["robot.track_width"] == 0.16 and known["robot.lever_arm"] == (0.0, 0.0, 0.135)
     assert len(known["calibration.accel_scale_x"]) == 5
     assert "calibration.accel_scale_y" not in known

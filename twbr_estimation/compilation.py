@@ -98,7 +98,7 @@ class _CheckedFiles(_Files):  # type: ignore[misc]
         return cls(files._cache_path, base, files._source_stamp)
 
     def load(self, key: Any) -> Any:
-        """Return a compiled loop; None where there is none that is sound."""
+        """Return a compiled loop; None without a sound one."""
         try:
             return super().load(key)
         except Exception:  # of a foreign pickle anything may be raised

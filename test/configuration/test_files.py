@@ -172,7 +172,7 @@ REFUSED = {
         "robot: {wheel_radius: -0.1}",
         r"robot\.wheel_radius: -0.1 is outside \[0.001, 1\] m",
     ),
-    "no such placement": ("robot: {encoder_placement: roof}", "'roof' is none of body, ground"),
+    "no such placement": ("robot: {encoder_placement: roof}", "'roof' is not one of body, ground"),
     "unstable low-pass": (
         "correction: {rate_time_constant: -0.01, dt: 0.02}",
         r"correction\.rate_time_constant: -0.01 s is not above -0.01 s",

@@ -26,7 +26,7 @@ def driven(world: str, seed: int, dt: float, duration: float, *, compiled: bool)
     for _ in range(round(duration / period)):
         state = robot._state.plant
         pending = 0.0 if robot.held else balance_voltage(
-            state, *robot.told_target, pending, gains, robot.plant.supply_voltage
+            state, *robot.commanded_target, pending, gains, robot.plant.supply_voltage
         )  # fmt: skip
         readings += robot.advance((pending, pending), period)
     return robot, readings

@@ -62,7 +62,7 @@ def _related(device: IntArray, recorded: IntArray) -> IntArray:
 def _lower_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     """Return slope and value at 0 of the line below all points that is nearest to them.
 
-    It is the edge of the lower hull at the mean of `x`. A slope that no clock has is none: then
+    It is the edge of the lower hull at the mean of `x`. A slope that no clock has is not used: then
     the line is level, through the lowest point.
     """
     hull: list[int] = []

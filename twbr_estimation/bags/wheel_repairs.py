@@ -28,7 +28,7 @@ _OUTSTANDING = 20.0
 _FILLED, _OVERFULL = 0.9, 1.001
 """Share of a range that readings fill if they wrap at its ends."""
 _WRAPPED = 0.6
-"""A step of more than this share of a range is a wrap; one of less than the rest of it is none."""
+"""A step of more than this share of a range is a wrap; one of less than the rest of it is not."""
 _PLATEAU = 5
 """Most samples for which a reading may stay away."""
 _FASTEST = 100.0

@@ -66,7 +66,7 @@ def calibrate_faces(recordings: Sequence[Recording], setup: Setup) -> Findings:
         setup: what is replaced.
 
     Raises:
-        CalibrationError: fewer than three axes were vertical, or the result is none.
+        CalibrationError: fewer than three axes were vertical, or the result is not plausible.
     """
     faces = faces_of(recordings)
     missing = [name for axis, name in enumerate("xyz") if not {(axis, 1), (axis, -1)} & set(faces)]

@@ -140,8 +140,9 @@ def _axis(poses: Poses, setup: Setup, axis: str, pitch_error: float) -> AxisResu
 def _require_plausible(axis: str, bias: float) -> None:
     if abs(bias) > LARGEST_ACCEL_BIAS:
         raise CalibrationError(
-            f"accelerometer {axis}: a bias of {bias:.3g} m/s^2 is none, boards are off by up to "
-            f"{LARGEST_ACCEL_BIAS:.3g} m/s^2; check its unit, axes and robot.mounting"
+            f"accelerometer {axis}: a bias of {bias:.3g} m/s^2 is not plausible, "
+            f"boards are off by up to {LARGEST_ACCEL_BIAS:.3g} m/s^2; check its unit, axes "
+            "and robot.mounting"
         )
 
 

@@ -96,13 +96,13 @@ def calibrate_still(recording: Recording, setup: Setup, options: StillOptions) -
         accel_noise=_pooled(accel_noise, setup.calibration.accel_noise),
     )
     noise_error = standard_errors(imu.accel, dt, USUAL_ACCEL_DRIFT)
-    believed = _believed(tilt, setup, options)
+    assumed = _assumed(tilt, setup, options)
     window = options.window or max(recording.duration / WINDOWS, dt)
     return StillResult(
         calibration,
         tilt,
         triple(standard_errors(imu.gyro, dt, USUAL_GYRO_DRIFT)),
-        triple(np.hypot(noise_error, believed)),
+        triple(np.hypot(noise_error, assumed)),
         triple(gyro_noise),
         triple(accel_noise),
         (triple(imu.gyro.min(axis=0)), triple(imu.gyro.max(axis=0))),
@@ -152,7 +152,7 @@ def _tilt(recording: Recording, options: StillOptions) -> float:
     return 0.0 if recording.reference is None else float(np.mean(recording.reference.tilt))
 
 
-def _believed(tilt: float, setup: Setup, options: StillOptions) -> FloatArray:
+def _assumed(tilt: float, setup: Setup, options: StillOptions) -> FloatArray:
     """Return the error of each axis that a wrong tilt and an unknown scale cause [m/s^2]."""
     robot, calibration = setup.robot, setup.calibration
     step = 1e-3
@@ -160,10 +160,10 @@ def _believed(tilt: float, setup: Setup, options: StillOptions) -> FloatArray:
     known = [len(getattr(calibration, f"accel_scale_{axis}")) > 0 for axis in "xyz"]
     scale = np.where(known, 0.0, SCALE_UNCERTAINTY) * specific_force(tilt, robot)
     roll = specific_force(tilt, robot)[2] * np.array([0.0, 1.0, 0.0])
-    believed: FloatArray = np.sqrt(
+    error: FloatArray = np.sqrt(
         np.square(options.tilt_uncertainty) * (slope**2 + roll**2) + scale**2
     )
-    return believed
+    return error
 
 
 def _pooled(deviations: FloatArray, otherwise: float) -> float:

@@ -148,7 +148,7 @@ def _require_plausible(reading: FloatArray, force: FloatArray, largest: float) -
     else:
         cause = "check the robot's tilt, robot.mounting and the sensor's axes"
     raise CalibrationError(
-        f"accelerometer: a bias of {largest:.3g} m/s^2 is none, boards are off by up to "
+        f"accelerometer: a bias of {largest:.3g} m/s^2 is not plausible, boards are off by up to "
         f"{LARGEST_ACCEL_BIAS:.3g} m/s^2; {cause}"
     )
 

@@ -103,7 +103,7 @@ def calibrate_turns(
         turns: how many turns were made; None takes the nearest whole number.
 
     Raises:
-        CalibrationError: no turn, or a scale that is none.
+        CalibrationError: no turn, or a scale that is not plausible.
     """
     scale, found = list(setup.calibration.gyro_scale), []
     for recording in recordings:
@@ -114,8 +114,8 @@ def calibrate_turns(
         if abs(ratio - 1.0) > LARGEST_SCALE_ERROR:
             raise CalibrationError(
                 f"{recording.source}: gyro {name} turns {abs(each.angle) / math.tau:.3g} times "
-                f"where {count:g} were made: scale {ratio:.3g} is none; check its unit (rad/s) "
-                "and the number of turns"
+                f"where {count:g} were made: scale {ratio:.3g} is not plausible; check its unit "
+                "(rad/s) and the number of turns"
             )
         error = math.hypot(math.sqrt(2.0) * ALIGNED, DRIFT * each.duration) / abs(each.angle)
         before = setup.calibration.gyro_scale[each.axis]

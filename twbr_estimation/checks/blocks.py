@@ -11,7 +11,7 @@ BLOCK = 0.1
 
 
 class Blocks:
-    """Readings at any stamps, sorted into blocks of `BLOCK`; blocks without a reading are none."""
+    """Readings at any stamps, sorted into blocks of `BLOCK`; empty blocks are left out."""
 
     def __init__(self, times: FloatArray) -> None:
         """`times`: of n readings, rising or falling [s], (n,)."""

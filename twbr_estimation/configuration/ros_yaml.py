@@ -101,7 +101,7 @@ def converted(entry: Entry, hint: Any) -> Any:
         choices = [member.value for member in hint]
         if entry.value not in choices:
             raise ConfigurationError(
-                f"{entry.path}: {entry.name}: {entry.value!r} is none of {', '.join(choices)}"
+                f"{entry.path}: {entry.name}: {entry.value!r} is not one of {', '.join(choices)}"
             )
         return hint(entry.value)
     if get_origin(hint) is tuple:

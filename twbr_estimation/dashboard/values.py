@@ -29,7 +29,7 @@ def value_of_text(text: str, present: Any) -> Any:
         present: The value in force: a string, or a list, which has the form `[1.0, 2.0]`.
 
     Raises:
-        ConfigurationError: a list is needed and the text is none.
+        ConfigurationError: a list is needed and the text is not one.
     """
     if isinstance(present, str):
         return text

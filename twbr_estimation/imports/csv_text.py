@@ -76,10 +76,10 @@ def read_rows(path: Path, description: Description) -> Text:
     text = _decoded(path, content, description.encoding)
     text = text.replace("\0", "").replace("\ufeff", "")
     lines = [line for line in text.splitlines() if line.strip(" \t,;")]
-    lines, told = _without_separator_line(lines[description.skip_rows :])
+    lines, declared = _without_separator_line(lines[description.skip_rows :])
     lines = _without_comments(lines, description.has_header)
     lines, arrivals = _without_monitor(lines)
-    delimiter = description.delimiter or told or _delimiter(lines, description.decimal or ".")
+    delimiter = description.delimiter or declared or _delimiter(lines, description.decimal or ".")
     try:
         rows = _split(lines, delimiter)
     except csv.Error as error:

@@ -49,7 +49,7 @@ def number_of(path: Path, name: str, value: FloatArray) -> float:
     """Return a variable that must be one number.
 
     Raises:
-        RecordingError: it is none.
+        RecordingError: it is not one.
     """
     if value.size != 1 or not np.isfinite(value).all():
         raise RecordingError(f"{path}: {name} is not one finite number")

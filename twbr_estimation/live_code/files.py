@@ -140,7 +140,7 @@ def exists(name: str, ending: str = STEP) -> bool:
 
 
 def kept(name: str, made: str, ending: str = STEP) -> ObjectCode | None:
-    """Return a function that is kept; None where there is none that is sound."""
+    """Return a function that is kept; None without a sound one."""
     for folder in folders():
         path = folder / f"{name}.{made}.{ending}"
         try:

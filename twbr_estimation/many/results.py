@@ -140,7 +140,7 @@ class ResultTable:
 
 
 def _key_of(line: bytes) -> str:
-    """Return the key of a row; nothing for a line that is none, or that has no result to keep."""
+    """Return the key of a row; nothing for another line, or one without a result."""
     try:
         row = json.loads(line)
     except ValueError:

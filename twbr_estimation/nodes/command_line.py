@@ -44,7 +44,7 @@ def prepared(arguments: list[str], folder: Path) -> CommandLine:
         folder: Takes files whose lists had to be rewritten.
 
     Raises:
-        ConfigurationError: a parameter file that cannot be read or is none of ROS.
+        ConfigurationError: a parameter file that cannot be read or is not a ROS parameter file.
     """
     found, files = list(arguments), []
     for index in _ros_values(found):

@@ -52,7 +52,7 @@ class CorrectionNode(GuardedNode):
 
         Args:
             listener: Called with stamp [ns] and sample before each publication, for a filter
-                in the same process; then only what somebody subscribed to is published.
+                in the same process; then only topics with a subscriber are published.
             subscribe: False where drivers in the same process call `take_imu` and
                 `take_wheels`.
             options: Options of `rclpy.node.Node`.

@@ -40,7 +40,7 @@ class EncoderNode(DeviceNode):
         Args:
             counters: What to read instead of the devices, such as simulated counters.
             listener: Called with stamp [ns] and angles [rad] by joint at each reading, for a
-                correction in the same process; then only what somebody subscribed to is published.
+                correction in the same process; then only topics with a subscriber are published.
             options: For `rclpy.node.Node`.
         """
         super().__init__("encoder_node", **options)

@@ -1,7 +1,7 @@
 """`imu/data_corrected`, or `imu/data_raw` straight in, to the tilt.
 
 The filter, its parameters and the filters beside it change between two samples. `tilt_deg` is
-`tilt` in degrees, for plots; it is published only while somebody subscribes to it.
+`tilt` in degrees, for plots; it is published only while a node subscribes to it.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ def _for_others(file: ParameterFile, strangers: list[str], own: list[str]) -> st
 
 
 def _misspelt(pattern: str) -> bool:
-    """Whether a name in a file resembles that of a node of this package and is none."""
+    """Whether a name in a file resembles that of a node of this package without being one."""
     name, known = _last(pattern), _executables()
     return name not in known and bool(get_close_matches(name, known, 1, 0.85))
 

@@ -45,7 +45,7 @@ class TiltOutputs:
         tilt: float,
         variance: float,
     ) -> None:
-        """Publish `tilt` first, then `imu/data`, then `tilt_deg` where somebody subscribes to it.
+        """Publish `tilt` first, then `imu/data`, then `tilt_deg` where a node subscribes to it.
 
         Args:
             stamp: Stamp of the sample [ns].
@@ -55,14 +55,14 @@ class TiltOutputs:
             variance: Variance of the estimate [rad^2].
         """
         self._tilt.publish(encode_float64(tilt))
-        if self._imu.get_subscription_count():  # costs less than encoding for nobody
+        if self._imu.get_subscription_count():  # costs less than encoding in vain
             values = imu_values(sample, estimate.tilt, variance, estimate.rate)
             self._imu.publish(self._imu_encoder.encode(stamp, values))
         if self._plotted:
             self._degrees.publish(encode_float64(math.degrees(tilt)))
 
     def find_plotters(self) -> None:
-        """Note whether anybody subscribes to `tilt_deg`; costs too much for every sample."""
+        """Note whether a node subscribes to `tilt_deg`; costs too much for every sample."""
         self._plotted = self._degrees.get_subscription_count() > 0
 
     def publish_comparison(self, stamp: int, estimates: Mapping[str, TiltEstimate]) -> None:

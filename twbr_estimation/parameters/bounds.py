@@ -126,4 +126,4 @@ def _choice(name: str, value: object, kind: type[Enum]) -> Enum:
         return kind(value)
     except ValueError:
         known = ", ".join(str(member.value) for member in kind)
-        raise ConfigurationError(f"{name}: {shown(value)} is none of {known}") from None
+        raise ConfigurationError(f"{name}: {shown(value)} is not one of {known}") from None

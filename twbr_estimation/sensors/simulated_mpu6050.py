@@ -197,19 +197,19 @@ class SimulatedMpu6050:
                 self._registers[Register.INT_STATUS] |= FIFO_OVERFLOW_FLAG
 
     def _packet(self, seconds: float) -> bytes:
-        felt = self.motion(seconds)
+        motion = self.motion(seconds)
         gyro_range = GYRO_RANGES_DEG[self._registers[Register.GYRO_CONFIG] >> 3 & 3]
         accel_range = ACCEL_RANGES_G[self._registers[Register.ACCEL_CONFIG] >> 3 & 3]
         accel = (
             self._word(value / STANDARD_GRAVITY, ACCEL_NOISE_G, accel_range)
-            for value in (felt.accel_x, felt.accel_y, felt.accel_z)
+            for value in (motion.accel_x, motion.accel_y, motion.accel_z)
         )
         gyro = (
             self._word(value * DEGREES, GYRO_NOISE_DEG, gyro_range)
-            for value in (felt.gyro_x, felt.gyro_y, felt.gyro_z)
+            for value in (motion.gyro_x, motion.gyro_y, motion.gyro_z)
         )
         model = self.model
-        temperature = round((felt.temperature - model.degrees_at_zero) / model.degrees_per_count)
+        temperature = round((motion.temperature - model.degrees_at_zero) / model.degrees_per_count)
         return _PACKET.pack(*accel, temperature, *gyro)
 
     def _word(self, value: float, noise: float, full_scale: int) -> int:

@@ -179,7 +179,7 @@ class SimulatedRobot:
         )
 
     @property
-    def told_target(self) -> tuple[float, float]:
+    def commanded_target(self) -> tuple[float, float]:
         """Position [m] and speed [m/s] that the rig's own drive would be commanded now."""
         row = self._inputs[self._step % self._count]
         return self._state.origin + float(row[3]), float(row[4])

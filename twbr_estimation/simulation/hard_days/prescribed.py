@@ -99,7 +99,7 @@ def readings(
         The readings, the true tilt at their stamps [rad] (m,), and the index of each stamp on
         the motion's grid (m,).
     """
-    rate, force = felt(motion, robot)
+    rate, force = rate_and_force(motion, robot)
     gyro_limit, accel_limit = robot.gyro_range, robot.accel_range
     if sensor.clips_first:
         rate = np.clip(rate, -gyro_limit, gyro_limit)
@@ -120,7 +120,7 @@ def readings(
     return imu, motion.tilt[chosen], chosen
 
 
-def felt(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
+def rate_and_force(motion: Motion, robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Return body rates [rad/s] and specific forces [m/s^2] of the sensor, (n, 3) each."""
     turn, step = attitudes(motion), motion.step
     place = motion.position + turn @ np.array(robot.lever_arm)
