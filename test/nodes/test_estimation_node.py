@@ -89,4 +89,4 @@ def test_an_error_of_that_controller_leaves_the_tilt_alone(graph: Any, sensors: 
     graph.settle()
     sensors.play(sensors.drive(50))
     graph.spin_until(lambda: len(tilts) == 50)
-    assert controller.mishaps.counts["tilt"] == 50
+    assert controller.callback_errors.counts["tilt"] == 50

@@ -49,7 +49,7 @@ def test_no_kind_of_callback_ends_a_node(graph: Any) -> None:
     (result,) = graph.call(SetParameters, "/faulty/set_parameters", request).results
     assert not result.successful and "ZeroDivisionError" in result.reason
     assert node.get_parameter("number").value == 1.0
-    counts = node.mishaps.counts
+    counts = node.callback_errors.counts
     graph.spin_until(
         lambda: all(counts[each] for each in ("number", "timer fail", "service ~/work"))
     )
@@ -70,7 +70,7 @@ def test_a_clock_before_its_beginning_ends_no_node(graph: Any) -> None:
     bad, good = Clock(), Clock()
     bad.clock.sec, good.clock.sec = -5, 7
     clock.publish(bad)
-    graph.spin_until(lambda: node.mishaps.counts["/clock"] == 1)
+    graph.spin_until(lambda: node.callback_errors.counts["/clock"] == 1)
     clock.publish(good)
     graph.spin_until(lambda: node.get_clock().now().nanoseconds == 7_000_000_000)
 

@@ -37,7 +37,7 @@ def test_its_memory_is_that_of_its_history(graph: Any) -> None:
         if index % (60 * RATE) == 0:
             give_back()
             memory.append(resident_megabytes())
-    assert not node.mishaps.counts and node._received == 2 * MINUTES * 60 * RATE
+    assert not node.callback_errors.counts and node._received == 2 * MINUTES * 60 * RATE
     kept = node._live._reference.stamps
     assert kept.size <= HISTORY * RATE + RATE + 1 and not node._live._reference._fresh[RATE:]
     assert memory[-1] - memory[2] < GROWTH, memory

@@ -43,7 +43,9 @@ def test_random_messages_end_no_node(graph: Any, seed: int) -> None:
         wire.send(topic, message)
     evaluator.publish_figures()
     for node in nodes:
-        assert not node.mishaps.counts, f"{node.get_name()}: {node.mishaps.recent(math.inf)}"
+        assert not node.callback_errors.counts, (
+            f"{node.get_name()}: {node.callback_errors.recent(math.inf)}"
+        )
     assert len(imus) > 100 and len(tilts) > 50 and len(commands) > 0
     assert all(math.isfinite(sum(decode_imu(each)[1])) for each in imus)
     assert all(math.isfinite(decode_float64(each)) for each in tilts)
@@ -99,4 +101,4 @@ def test_random_parameters_end_no_node(graph: Any, kind: Any) -> None:
         for parameter, result in zip(parameters, response.results, strict=True):
             assert result.successful or result.reason
             assert not result.successful or parameter.name in names[:-4]
-    assert not node.mishaps.counts, node.mishaps.recent(math.inf)
+    assert not node.callback_errors.counts, node.callback_errors.recent(math.inf)

@@ -129,9 +129,9 @@ class Numbers:
         self.counts["not finite"] += not math.isfinite(self._decode(message))
 
 
-def mishaps(nodes: list[Any]) -> int:
+def callback_errors(nodes: list[Any]) -> int:
     """Return how many callbacks of these nodes raised."""
-    return sum(node.mishaps.counts.total() for node in nodes)
+    return sum(node.callback_errors.counts.total() for node in nodes)
 
 
 def resident_megabytes() -> float:

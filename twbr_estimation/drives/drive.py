@@ -22,7 +22,7 @@ from ..parameters.argument_checks import (
     shown,
 )
 from ..pipeline.pairing import SampleTrack, pair
-from ..pipeline.warmth import without_warmth
+from ..pipeline.temperature import without_temperature_drift
 from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
 from ..samples import RESTART_GAP
@@ -78,7 +78,7 @@ class Drive:
     @cached_property
     def samples(self) -> SampleTrack:
         """The IMU samples with wheels and motors at the same instants."""
-        recording = without_warmth(self.recording, self.setup)
+        recording = without_temperature_drift(self.recording, self.setup)
         return pair(recording.imu, recording.wheels, motors=recording.motors)
 
     @cached_property
@@ -107,7 +107,7 @@ class Drive:
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
         """What the data show about themselves and the robot's description, PASS included."""
-        return check(without_warmth(self.recording, self.setup), self.setup)
+        return check(without_temperature_drift(self.recording, self.setup), self.setup)
 
     @property
     def doubts(self) -> tuple[str, ...]:

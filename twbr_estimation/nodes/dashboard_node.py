@@ -21,7 +21,7 @@ from rclpy.signals import SignalHandlerOptions
 from ..dashboard.server import ServerSettings, serve
 from ..errors import TwbrError
 from ..parameters.bounds import Bounds, Meaning
-from ..streams.mishaps import described
+from ..streams.callback_errors import described
 from .declarations import declarations_of, settings_from
 from .graph_robot import GraphRobot
 from .parameters import NodeParameters

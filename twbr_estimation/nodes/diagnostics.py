@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from ..streams.mishaps import described
+from ..streams.callback_errors import described
 from .clock_watch import ClockWatch
 from .guard import Guard
 
@@ -79,15 +79,15 @@ class Diagnostics:
             return self._report()
         except Exception as error:  # a report must come in any case
             if isinstance(self._node, Guard):
-                self._node.mishap("report", error)
+                self._node.note_error("report", error)
             return Report(Level.ERROR, f"the report failed: {described(error)}", {})
 
     def _with_troubles(self, report: Report) -> Report:
         """Add what any node may suffer from: errors in callbacks, a clock that stands still."""
         level, sentences, values = report.level, [report.message], dict(report.values)
-        if isinstance(self._node, Guard) and self._node.mishaps.counts:
-            values["callback_errors"] = self._node.mishaps.counts.total()
-            if recent := self._node.mishaps.recent(time.monotonic()):
+        if isinstance(self._node, Guard) and self._node.callback_errors.counts:
+            values["callback_errors"] = self._node.callback_errors.counts.total()
+            if recent := self._node.callback_errors.recent(time.monotonic()):
                 sentences.append(f"an error in a callback: {recent}")
                 level = Level.WARN if level is Level.OK else level
         if silence := self._clock.silence():

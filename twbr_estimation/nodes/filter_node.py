@@ -175,7 +175,7 @@ class FilterNode(GuardedNode):
         self._trusted = False
         self._stream.reset()
         if error is not None:
-            self.mishap("filter", error)
+            self.note_error("filter", error)
 
     def _age_of(self, stamp: int) -> float:
         """Return the age of a sample [s] where the tilt is predicted."""

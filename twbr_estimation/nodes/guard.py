@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import ConfigurationError
-from ..streams.mishaps import Mishaps, described
+from ..streams.callback_errors import CallbackErrors, described
 from .parameter_requests import admitted
 
 Callback = Callable[..., Any]
@@ -26,7 +26,7 @@ class Guard:
 
     def __init__(self, name: str, **options: Any) -> None:
         """Create the node; the arguments are those of `rclpy.node.Node`."""
-        self.mishaps = Mishaps()
+        self.callback_errors = CallbackErrors()
         """Errors of callbacks."""
         super().__init__(name, **options)  # type: ignore[call-arg]
 
@@ -34,9 +34,9 @@ class Guard:
         """Return the time of the node's clock [ns]; without the object that rclpy makes of it."""
         return int(self.get_clock().handle.get_now().nanoseconds)  # type: ignore[attr-defined]
 
-    def mishap(self, where: str, error: BaseException) -> None:
+    def note_error(self, where: str, error: BaseException) -> None:
         """Count an error of the callback `where`, and log it where that is due."""
-        line = self.mishaps.note(where, error, time.monotonic())
+        line = self.callback_errors.note(where, error, time.monotonic())
         if line and self.context.ok():  # type: ignore[attr-defined]
             self.get_logger().error(line)  # type: ignore[attr-defined]
 
@@ -56,7 +56,7 @@ class Guard:
             try:
                 return callback(*arguments)
             except Exception as error:
-                self.mishap(where, error)
+                self.note_error(where, error)
                 return None if otherwise is None else otherwise(error, *arguments)
 
         return call

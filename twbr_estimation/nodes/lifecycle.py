@@ -9,7 +9,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.timer import Timer
 
 from ..errors import TwbrError
-from ..streams.mishaps import LOG_PERIOD, described
+from ..streams.callback_errors import LOG_PERIOD, described
 from .declarations import Declaration
 from .guard import Guard
 from .parameters import declare
@@ -99,7 +99,7 @@ class DeviceNode(Guard, LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         except Exception as error:  # a defect; rclpy would swallow it without a word
             self.failure = described(error)
-            self.mishap("configure", error)
+            self.note_error("configure", error)
             return TransitionCallbackReturn.ERROR
         self.failure = ""
         self.is_open = True

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import ConfigurationError, TwbrError
-from ..streams.mishaps import described
+from ..streams.callback_errors import described
 from .command_line import CommandLine, prepared, temporary_folder
 from .guard import Guard
 from .shared_memory import remove_half_made
@@ -113,7 +113,7 @@ def _spin(executor: Executor, nodes: list[Node], stop: threading.Event) -> None:
         except Exception as error:
             if not guarded or not rclpy.ok():
                 raise
-            guarded[0].mishap("the executor", error)
+            guarded[0].note_error("the executor", error)
 
 
 def _program() -> str:

@@ -10,7 +10,7 @@ from ..pipeline.correction import Corrector
 from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import DEFAULT_WAIT
 from ..pipeline.step_code import StepCode
-from ..pipeline.warmth import at_temperature
+from ..pipeline.temperature import at_temperature
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample, is_saturated
 from .guarded import UNKNOWN_TIME, GuardedPairing, StampedSamples

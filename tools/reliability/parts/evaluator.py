@@ -12,7 +12,7 @@ from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from reliability.graph import Graph, mishaps, opened_graph, resident_megabytes
+from reliability.graph import Graph, callback_errors, opened_graph, resident_megabytes
 from reliability.row import Effort, Row
 from twbr_estimation.nodes.evaluator_node import EvaluatorNode
 from twbr_estimation.nodes.memory import give_back
@@ -41,7 +41,7 @@ def rows(effort: Effort) -> Iterator[Row]:
             if not memory and 2 * index >= pairs:
                 memory = resident_megabytes()
         give_back()
-        grown, failed = resident_megabytes() - memory, mishaps([node])
+        grown, failed = resident_megabytes() - memory, callback_errors([node])
         lost = 2 * pairs - node._received
     minutes = pairs / RATE / 60.0
     yield Row(

@@ -18,7 +18,7 @@ from reliability.graph import (
     Graph,
     Numbers,
     Wiretap,
-    mishaps,
+    callback_errors,
     opened_graph,
     resident_megabytes,
     taped,
@@ -62,7 +62,7 @@ def rows(effort: Effort) -> Iterator[Row]:
             if wire.delivered >= count:
                 break
         grown = resident_megabytes() - memory
-        failed = mishaps(nodes)
+        failed = callback_errors(nodes)
         calm(wire, random)
     bad = sent.counts["not finite"]
     seen = (

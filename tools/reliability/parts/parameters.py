@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.parameter import Parameter
 
-from reliability.graph import Graph, mishaps, opened_graph, resident_megabytes
+from reliability.graph import Graph, callback_errors, opened_graph, resident_megabytes
 from reliability.parts.messages import GROWTH, subscribers
 from reliability.row import Effort, Row
 from twbr_estimation.nodes.encoder_node import EncoderNode
@@ -37,7 +37,7 @@ def rows(effort: Effort) -> Iterator[Row]:
             request(draw, draw.choice(nodes), names, counts)
             if 2 * index >= count and not memory:
                 memory = resident_megabytes()
-        grown, failed = resident_megabytes() - memory, mishaps(nodes)
+        grown, failed = resident_megabytes() - memory, callback_errors(nodes)
     seen = (
         f"{counts['accepted']} values accepted, {counts['refused']} refused; {failed} errors; "
         f"{counts['half applied']} half applied; {counts['without reason']} without a reason; "

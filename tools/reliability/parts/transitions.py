@@ -10,7 +10,7 @@ from typing import Any
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState
 
-from reliability.graph import mishaps, opened_graph, resident_megabytes
+from reliability.graph import callback_errors, opened_graph, resident_megabytes
 from reliability.parts.messages import GROWTH
 from reliability.parts.parameters import devices
 from reliability.row import Effort, Row
@@ -39,7 +39,7 @@ def rows(effort: Effort) -> Iterator[Row]:
             graph.executor.spin_once(timeout_sec=0.0)
             if 2 * index >= count and not memory:
                 memory = resident_megabytes()
-        grown, failed = resident_megabytes() - memory, mishaps(nodes)
+        grown, failed = resident_megabytes() - memory, callback_errors(nodes)
         active = sum(map(brought_to_work, nodes))
     seen = (
         f"{counts['made']} made, {counts['answered False']} answered False; {failed} errors; "

@@ -1,4 +1,4 @@
-"""What the chip's temperature does to the gyro, taken away before anything else."""
+"""The drift of the gyro's bias with the chip's temperature, removed before anything else."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def at_temperature(calibration: Calibration, temperature: float) -> Calibration:
     return replace(calibration, gyro_bias=(x, y, z), gyro_bias_temperature=temperature)
 
 
-def without_warmth(recording: Recording, setup: Setup) -> Recording:
+def without_temperature_drift(recording: Recording, setup: Setup) -> Recording:
     """Return a recording whose gyro reads as at the temperature at which the biases hold."""
     calibration, track = setup.calibration, recording.temperature
     if track is None or not track.stamps.size or not any(calibration.gyro_bias_slope):

@@ -16,7 +16,7 @@ _MOST_NAMES = 100
 _LONGEST = 300
 
 
-class Mishaps:
+class CallbackErrors:
     """Errors in callbacks after which the node continued; the caller passes the time."""
 
     def __init__(self) -> None:
