@@ -3,8 +3,7 @@
 A verb is a module with `add_parser(subparsers)`, which sets `run` as the parser's default,
 and `run(arguments)`, which returns the exit status. The first line of its docstring, after the
 colon, is its line in the list of verbs: no module is imported for that. A trailing underscore
-in the file's name (`import_.py`) is dropped. Five modules here are no verbs: this one,
-`arguments`, `frames`, `many` and `terminal`.
+in the file's name (`import_.py`) is dropped. The modules in `_NO_VERBS` are no verbs.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ GARBAGE_THRESHOLD = 200_000
 """Objects between two collections: at Python's 700 they take a fifth of a short command's time."""
 PACKAGE = "twbr_estimation"
 REPAIR = "install it, or all that recordings need: pip install mcap rosbags zstandard lz4"
-_NO_VERBS = ("arguments", "frames", "main", "many", "terminal")
+_NO_VERBS = ("arguments", "frames", "main", "many", "progress_lines", "terminal")
 
 
 def verbs() -> dict[str, str]:

@@ -19,7 +19,7 @@ from ..reproduction.page import PrintedTable, markdown, tables
 from ..scoring.table import write_json
 from ..simulation import WORLDS, world_named
 from .many import add_workers, workers_of
-from .tune import shown
+from .progress_lines import shown
 
 
 def add_parser(subparsers: Any) -> None:

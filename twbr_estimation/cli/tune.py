@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import asdict
 from functools import partial
@@ -14,7 +14,6 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ..configuration.files import date_of_now
@@ -24,7 +23,7 @@ from ..many.places import recordings_at
 from ..tuning.filter import TunedFilter
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
-from ..tuning.tune import Report, TuningRequest, TuningResult, tune, write_tuned
+from ..tuning.tune import TuningRequest, TuningResult, tune, write_tuned
 from ..workers import Workers
 from .arguments import (
     add_comparison,
@@ -36,6 +35,7 @@ from .arguments import (
 )
 from .main import INTERRUPTED
 from .many import add_many, workers_of
+from .progress_lines import Line, best_so_far, lines
 
 DEFAULT_OUTPUT = "filters.yaml"
 
@@ -114,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
         _remembering(arguments, request, some) as workers,
         lines(console) as line,
     ):
-        result = tune(request, workers, partial(_best, line), partial(_smoothed, line))
+        result = tune(request, workers, partial(best_so_far, line), partial(_smoothed, line))
     _print(Console(), result)
     if target.exists():
         console.print(f"replacing {escape(str(target))}")
@@ -143,13 +143,6 @@ def _request(arguments: argparse.Namespace) -> TuningRequest:
 
 
 @contextmanager
-def shown(console: Console) -> Iterator[Report]:
-    """Show the best figure so far of everything that is being tuned."""
-    with lines(console) as line:
-        yield partial(_best, line)
-
-
-@contextmanager
 def _remembering(
     arguments: argparse.Namespace, request: TuningRequest, workers: Workers
 ) -> Iterator[Workers]:
@@ -165,29 +158,6 @@ def _remembering(
 
     with closing(open_table(arguments.results)) as table:
         yield Remembering(workers, table, "tune", asdict, TunedFilter.of)
-
-
-Line = Callable[[str, str], None]
-"""Shows what is being worked on and how far it is, a line each."""
-
-
-@contextmanager
-def lines(console: Console) -> Iterator[Line]:
-    """Show a line for everything that is being worked on."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        tasks: dict[str, Any] = {}
-
-        def line(name: str, text: str) -> None:
-            if name not in tasks:
-                tasks[name] = progress.add_task("", total=None)
-            progress.update(tasks[name], description=escape(f"{name}: {text}"))
-
-        yield line
-
-
-def _best(line: Line, name: str, best: float) -> None:
-    line(name, f"best so far {best:.4g} deg²")
 
 
 def _smoothed(line: Line, source: str, share: float) -> None:
