@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import yaml
@@ -57,10 +57,10 @@ class Graph:
         command = [sys.executable, "-c", program, "--ros-args", "--log-level", "warn"]
         for file in (*files, own):
             command += ["--params-file", str(file)]
-        output = None if aloud else self._log(node).open("wb")
-        self._running[node] = subprocess.Popen(
-            command, env=self._environment, stdout=output, stderr=output or None
-        )
+        with nullcontext() if aloud else self._log(node).open("wb") as output:
+            self._running[node] = subprocess.Popen(
+                command, env=self._environment, stdout=output, stderr=output
+            )
 
     def process(self, node: str) -> int:
         """Return the number of a node's process."""

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from ..streams.callback_errors import described
 from .clock_watch import ClockWatch
 from .guard import Guard
+from .qos import diagnostics
 
 
 class Level(Enum):
@@ -54,7 +55,7 @@ class Diagnostics:
         self._hardware_id = hardware_id
         self._level = Level.OK
         self._clock = ClockWatch(node)
-        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", diagnostics())
         # Wall time: a node under a simulated clock that stands still must be able to report it.
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(period, self.update, clock=wall)

@@ -37,6 +37,11 @@ def latched() -> QoSProfile:
     )
 
 
+def diagnostics() -> QoSProfile:
+    """Return that of `/diagnostics`, reliable as its usual readers expect it."""
+    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
 def overridable() -> QoSOverridingOptions:
     """Return the option that lets parameters change a topic's quality of service."""
     return QoSOverridingOptions.with_default_policies()
