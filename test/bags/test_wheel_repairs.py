@@ -63,7 +63,7 @@ def test_a_counter_goes_on_whatever_its_bits(rate: float, bits: int, signed: boo
     assert modulus_of(wheels.stamps, wrapped, COUNTERS, 0.0) == 2**bits
 
 
-def test_a_range_that_nobody_named_is_found_from_its_steps() -> None:
+def test_a_range_without_a_name_is_found_from_its_steps() -> None:
     wheels = drive(3, 500.0)
     modulus = 65536 * 2.0 * math.pi / 13200
     wrapped = WheelTrack(wheels.stamps, np.mod(wheels.angle, modulus))

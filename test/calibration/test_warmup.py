@@ -53,7 +53,7 @@ def test_slopes_are_found_within_their_errors() -> None:
     assert found.provenance["temperature_low"] == pytest.approx(24.0, abs=0.5)
 
 
-def test_what_cannot_be_told_is_refused() -> None:
+def test_what_cannot_be_determined_is_refused() -> None:
     cold = replace(warming(1), temperature=None)
     with pytest.raises(CalibrationError, match="no temperature"):
         calibrate_warmup(cold, Setup())

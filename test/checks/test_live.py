@@ -53,7 +53,7 @@ def test_what_stays_is_found_in_the_words_of_the_recording(drive: Simulated) -> 
     assert last.text == whole.text and last.severity is whole.severity
 
 
-def test_another_setup_is_judged_anew(drive: Simulated) -> None:
+def test_another_setup_is_judged_again(drive: Simulated) -> None:
     checks = LiveChecks(drive.setup)
     samples = pair(backward(drive).imu, backward(drive).wheels)
     for stamp, row in zip(samples.stamps.tolist(), samples.columns.T.tolist(), strict=True):

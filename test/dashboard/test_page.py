@@ -173,7 +173,9 @@ def test_a_text_is_shown_as_it_is_and_what_is_no_list_is_refused(browser: Browse
 
 
 @pytest.mark.parametrize("end", ["key", "focus", "hidden"])
-def test_a_held_key_drives_until_it_is_let_go_or_nobody_looks(browser: Browser, end: str) -> None:
+def test_a_held_key_drives_until_it_is_released_or_the_page_is_closed(
+    browser: Browser, end: str
+) -> None:
     press(browser, "w")
     press(browser, "a")
     said(browser, "driven 0.2 1.5")

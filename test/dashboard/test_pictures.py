@@ -104,7 +104,7 @@ def test_pictures_come_again_after_a_defect(caplog: pytest.LogCaptureFixture) ->
     assert caplog.text.count("a defect") == 1, "logged once, not 30 times a second"
 
 
-def test_a_slow_browser_gets_everything_later_and_delays_nobody() -> None:
+def test_a_slow_browser_gets_everything_later_and_delays_no_other() -> None:
     async def scene(robot: Robot, socket: Socket, pictures: Pictures) -> None:
         other = Socket()
         serving = asyncio.create_task(pictures.serve(other))
@@ -148,7 +148,7 @@ def test_a_page_that_only_shows_drives_nothing() -> None:
     looking(scene, read_only=True)
 
 
-def test_a_source_draws_what_any_browser_wants() -> None:
+def test_a_source_draws_what_any_browser_asks_for() -> None:
     async def scene(robot: Robot, socket: Socket, pictures: Pictures) -> None:
         socket.said.put_nowait('{"show": ["raw", "unknown", 3]}')
         await until(lambda: robot.wanted == ["raw"])

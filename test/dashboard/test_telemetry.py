@@ -101,7 +101,7 @@ def test_samples_that_are_not_finite_are_dropped_and_the_page_goes_on(wrong: flo
     json.dumps(telemetry.history(), allow_nan=False)
 
 
-def test_a_clock_that_goes_back_begins_the_traces_anew() -> None:
+def test_a_clock_that_goes_back_clears_the_traces() -> None:
     telemetry = Telemetry()
     for i in range(100):
         telemetry.add_estimate(ACTIVE, START + i * SECOND, 0.0)

@@ -108,7 +108,7 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
 
 
-def test_a_chip_that_wakes_up_is_not_believed() -> None:
+def test_readings_of_a_chip_that_wakes_up_are_not_trusted() -> None:
     """The first sample is all zeros; the second shows where down is."""
     made, wheels, _ = day("first sample zeros", 0.005)
     entry, truth = filter_named("ins_odometer"), made.recording.truth

@@ -207,7 +207,7 @@ def test_turning_shows_the_cross_axis_of_the_gyro() -> None:
     assert np.sqrt(np.mean(np.square(errors))) < 0.5 * world.gyro_cross_axis
 
 
-def test_the_gyros_own_delay_is_made_good() -> None:
+def test_the_gyros_own_delay_is_compensated() -> None:
     made = simulate(replace(world_named("W1"), gyro_lag=0.005), 0.005, 60.0, SEEDS[0])
     assert made.recording.reference is not None
     track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)

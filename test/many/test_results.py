@@ -49,7 +49,7 @@ def test_two_writers_share_a_table(tmp_path: Path) -> None:
     assert one.row("k2") == row(2)
 
 
-def test_lines_of_somebody_else_are_left_alone(tmp_path: Path) -> None:
+def test_lines_of_other_programs_are_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "results.jsonl"
     path.write_text("a note\n[1, 2]\n\n" + json.dumps(row(1)) + "\n")
     table = ResultTable(path)

@@ -291,7 +291,7 @@ def test_a_start_with_a_wrong_parameter_is_refused(graph: Any, parameter: str, v
         ControllerNode(**graph.options(**{parameter: value}))
 
 
-def test_a_controller_that_was_prepared_keeps_nobody_waiting(graph: Any) -> None:
+def test_a_prepared_controller_is_switched_to_at_once(graph: Any) -> None:
     """Deriving one may take seconds, in which the robot would fall."""
     node = controller_in(graph, prepare_all=False)
     prepare(node._chosen.current)

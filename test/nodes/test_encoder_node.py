@@ -54,7 +54,7 @@ def test_two_wheels_with_their_signs(graph: Any) -> None:
 @pytest.mark.parametrize(
     ("use_sim_time", "kind"), [(False, ClockType.STEADY_TIME), (True, ClockType.ROS_TIME)]
 )
-def test_it_polls_by_a_clock_that_nobody_sets(
+def test_it_polls_by_a_clock_that_cannot_be_set(
     graph: Any, use_sim_time: bool, kind: ClockType
 ) -> None:
     node = _start(graph, simulated=True, use_sim_time=use_sim_time)

@@ -64,7 +64,7 @@ def test_live_equals_offline_for_every_filter(graph: Any, sensors: Any) -> None:
         np.testing.assert_allclose(live[:, 1], track.rate, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
-def test_degrees_are_published_only_while_somebody_plots_them(graph: Any, sensors: Any) -> None:
+def test_degrees_are_published_only_while_they_are_plotted(graph: Any, sensors: Any) -> None:
     node = filter_in(graph, filter="accelerometer", tilt_offset=0.1)
     sent: list[bytes] = []
     outputs = node._outputs

@@ -173,7 +173,7 @@ def test_a_simulated_chip_lives_in_the_time_of_the_simulation(graph: Any) -> Non
 
 
 @pytest.mark.parametrize("simulated", [False, True])
-def test_it_polls_by_a_clock_that_nobody_sets(graph: Any, simulated: bool) -> None:
+def test_it_polls_by_a_clock_that_cannot_be_set(graph: Any, simulated: bool) -> None:
     chip = None if simulated else SimulatedMpu6050(time.monotonic_ns)
     node = _start(graph, chip, simulated=simulated)
     assert node.is_active

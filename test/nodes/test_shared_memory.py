@@ -19,7 +19,7 @@ def segment(folder: Path, name: str, content: bytes, age: float) -> Path:
     return path
 
 
-def test_only_what_nobody_prepares_any_more_is_removed(tmp_path: Path) -> None:
+def test_only_what_is_no_longer_prepared_is_removed(tmp_path: Path) -> None:
     gone = {
         segment(tmp_path, "fastrtps_port7000", b"", 60.0),
         segment(tmp_path, "fastrtps_0023f5a0aad19a48", b"\1\0\0\0" + bytes(99), 60.0),

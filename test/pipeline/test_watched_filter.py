@@ -117,7 +117,7 @@ def test_a_turn_beyond_the_gyros_range_is_noticed_and_made_up_for(
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize(("degrees", "duration"), [(45.0, 0.1), (90.0, 0.2), (180.0, 0.4)])
 @pytest.mark.parametrize("name", SELF_JUDGED)
-def test_a_filter_that_judges_itself_is_not_believed_in_a_turn_that_it_did_not_see(
+def test_a_filter_that_judges_itself_is_not_trusted_in_a_turn_the_gyro_missed(
     name: str, degrees: float, duration: float, back: bool
 ) -> None:
     tilt = fast_turn(degrees, duration, back)

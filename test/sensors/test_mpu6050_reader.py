@@ -60,7 +60,7 @@ def test_without_faults_nothing_is_counted_and_nothing_lost(bench: Bench) -> Non
     assert all(later > earlier for earlier, later in itertools.pairwise(stamps))
 
 
-def test_samples_are_what_the_chip_felt_at_their_stamps(bench: Bench) -> None:
+def test_samples_are_the_motion_of_the_chip_at_their_stamps(bench: Bench) -> None:
     readings = bench.run(2.0)
     errors = [reading.gyro_y - swing(reading.stamp * 1e-9).gyro_y for reading in readings]
     # 0.05 deg/s of noise; a stamp that is 1 ms off adds up to 0.05 deg/s.

@@ -99,7 +99,7 @@ def test_an_accelerometer_that_points_backward_is_found() -> None:
     assert set(findings(acceptance)) == {"accelerometer sign"}
 
 
-def test_steps_that_nobody_does_are_skipped_and_it_ends() -> None:
+def test_steps_not_carried_out_are_skipped_and_it_ends() -> None:
     acceptance = Acceptance(Setup(), SETTINGS)
     Person(acceptance).go(30.0)
     assert acceptance.ended

@@ -69,7 +69,7 @@ def test_the_slope_of_the_reference_is_the_true_rate_despite_its_counts(task: Tu
     assert np.sqrt(np.mean(difference**2)) < 0.25 * np.sqrt(np.mean(truth.rate**2))
 
 
-def test_other_settings_correct_anew(task: TuningTask) -> None:
+def test_other_settings_correct_again(task: TuningTask) -> None:
     ready = task.training[0]
     changed = ready.corrected_with(CorrectionSettings(euler=False))
     assert not np.array_equal(changed.corrected.field("angle"), ready.corrected.field("angle"))

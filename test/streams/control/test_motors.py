@@ -398,7 +398,7 @@ def test_without_a_clock_nothing_is_driven() -> None:
     assert "/clock" in stream.cut_because
 
 
-def test_a_deadline_is_kept_by_whoever_watches_it() -> None:
+def test_a_deadline_is_kept_by_any_watcher() -> None:
     deadline = Deadline(lambda: 0.05)
     assert deadline.check(10.0)[0] is False  # nothing runs
     deadline.feed(10.0)

@@ -61,7 +61,7 @@ def test_a_counter_that_starts_again_goes_on() -> None:
     assert max(errors) - min(errors) < 1e-4
 
 
-def test_a_device_that_restarts_is_related_anew() -> None:
+def test_a_device_that_restarts_is_related_again() -> None:
     clock = DeviceClock(1e-6, 2**32)
     samples = arrivals(5.0, 0.0, 0.0, 1)
     for ticks, arrival, _ in samples:

@@ -41,7 +41,7 @@ def test_repeated_and_late_stamps_stay_so() -> None:
     assert guard.counts == {"repeated_stamp": 1, "late_stamp": 1}
 
 
-def test_a_device_that_restarts_is_related_anew() -> None:
+def test_a_device_that_restarts_is_related_again() -> None:
     stamping = Stamping(Stamps.DEVICE, "imu/data_raw")
     stamping.stamp(60_000 * MS, NOW)
     stamping.stamp(60_004 * MS, NOW + 4 * MS)
