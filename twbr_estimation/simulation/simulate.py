@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import ConfigurationError
 from ..parameters.argument_checks import number_within, require_kind, shown, whole_number
+from ..pipeline.saturation import SATURATION_MARGIN
 from ..recording import Event, FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Robot, Setup
 from ..samples import RESTART_GAP
@@ -89,7 +90,7 @@ def simulate(
     imu = _imu(performed, chosen, true_setup, every, samples, seed)
     source = f"simulation: world {chosen.name}, scene {scene}, dt {dt:g} s, seed {seed}"
     recording = _recording(source, performed, imu, chosen, true_setup.robot, every, seed)
-    full = np.abs(imu.gyro) >= 0.999 * setup.robot.gyro_range
+    full = np.abs(imu.gyro) >= SATURATION_MARGIN * setup.robot.gyro_range
     saturated = float(np.mean(np.any(full, axis=1)))
     return Simulated(recording, setup, true_setup, chosen, scene, seed, performed.falls, saturated)
 

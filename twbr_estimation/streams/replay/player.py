@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Protocol
 
+from ...samples import NANOSECONDS_PER_SECOND
 from .pacing import FlowWindow, Pace
 
 CLOCK_PERIOD = 10_000_000
@@ -19,8 +20,7 @@ DRAIN_LIMIT = 0.5
 """The same at the end of a pass, where consumers may keep the last samples [s]."""
 CLOCK_GAP = 10_000_000_000
 """A header stamp further from the recorded time [ns] is of another clock than the recorder's."""
-_SECOND = 1_000_000_000
-LAST_STAMP = (2**31 - 1) * _SECOND + _SECOND - 1
+LAST_STAMP = (2**31 - 1) * NANOSECONDS_PER_SECOND + NANOSECONDS_PER_SECOND - 1
 """The latest stamp that a header can hold [ns]."""
 _STAMP = 4
 """Offset of the stamp in a serialised message that begins with a header."""
@@ -231,11 +231,13 @@ class Player:
         return self._window is not None and self._pace.rate == 0.0
 
     def _limits(self) -> tuple[int, int]:
-        begin = self._source.time(0) + round(self._stretch.start * _SECOND)
+        begin = self._source.time(0) + round(self._stretch.start * NANOSECONDS_PER_SECOND)
         first = min(self._source.first_at(begin), len(self._source) - 1)
         if self._stretch.duration == 0.0:
             return first, len(self._source)
-        return first, self._source.first_at(begin + round(self._stretch.duration * _SECOND))
+        return first, self._source.first_at(
+            begin + round(self._stretch.duration * NANOSECONDS_PER_SECOND)
+        )
 
     def _wait_until(self, recorded: int) -> bool:
         """Wait until a message is due; False where `stop` came first."""
@@ -265,14 +267,14 @@ def shifted(content: bytes, shift: int) -> tuple[int, bytes]:
     stamp = min(max(stamp_of(content) + shift, 0), LAST_STAMP)
     if shift == 0:
         return stamp, content
-    moved = struct.pack(_form(content), *divmod(stamp, _SECOND))
+    moved = struct.pack(_form(content), *divmod(stamp, NANOSECONDS_PER_SECOND))
     return stamp, content[:_STAMP] + moved + content[_STAMP + len(moved) :]
 
 
 def stamp_of(content: bytes) -> int:
     """Return the stamp [ns] of a serialised message that begins with a header."""
     seconds, nanoseconds = struct.unpack_from(_form(content), content, _STAMP)
-    return int(seconds) * _SECOND + int(nanoseconds)
+    return int(seconds) * NANOSECONDS_PER_SECOND + int(nanoseconds)
 
 
 def _form(content: bytes) -> str:
