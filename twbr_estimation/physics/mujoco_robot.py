@@ -1,7 +1,7 @@
 """A scene one step at a time, with the motors' command from outside.
 
-It is the counterpart of `simulation.robot.SimulatedRobot` in MuJoCo: hands, pushes and grounds
-follow the scene, and where the scene lets the robot balance, the caller commands it.
+It is the counterpart of `simulation.simulated_robot.SimulatedRobot` in MuJoCo: hands, pushes and
+grounds follow the scene, and where the scene lets the robot balance, the caller commands it.
 """
 
 from __future__ import annotations
