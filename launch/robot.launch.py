@@ -43,6 +43,12 @@ ARGUMENTS = (
         "its calibration where the devices are simulated, because those have no errors.",
     ),
     argument(
+        "calibration_file",
+        "",
+        "File to which ~/calibrate of correction_node saves, and from which it starts, in the "
+        "place of the folder's calibration; empty: what is found lasts until the end.",
+    ),
+    argument(
         "imu_driver",
         "true",
         "Run mpu6050_node; false where another driver publishes imu/data_raw.",
@@ -94,16 +100,17 @@ def nodes(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     common: dict[str, object] = {"use_sim_time": given["use_sim_time"] == "true"}
     joints = {name: given[name] for name in ("left_wheel_joint", "right_wheel_joint")}
     controller = {"controller": given["controller"]} if given["controller"] else {}
+    kept = {"calibration_file": given["calibration_file"]} if given["calibration_file"] else {}
     composed = one_process(given)
     if composed:
         files = [*config, given["imu_params"], given["encoder_params"]]
         chosen |= {"drivers": given["imu_driver"] == "true", "control": bool(controller)}
         chosen |= controller
-        found = [node("estimation_node", [*files, common, joints, simulated, chosen])]
+        found = [node("estimation_node", [*files, common, joints, simulated, kept, chosen])]
     else:
         found = [
             *drivers([*imu, common], [*encoders, common], given),
-            node("correction_node", [*config, common, joints]),
+            node("correction_node", [*config, common, joints, kept]),
             node("filter_node", [*config, common, joints, chosen]),
         ]
     if controller and not composed:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from twbr_estimation.errors import ConfigurationError
 
@@ -27,6 +28,26 @@ def load(path: Path) -> Any:
 
 def started(path: Path, **given: str) -> list[str]:
     """Return the executables a launch file would start."""
+    return [each.node_executable for each in actions(path, **given)]
+
+
+def parameters(path: Path, executable: str, **given: str) -> dict[str, Any]:
+    """Return the parameters of text that one executable gets beside its files."""
+    chosen = [each for each in actions(path, **given) if each.node_executable == executable]
+    assert len(chosen) == 1
+    found: dict[str, Any] = {}
+    for each in chosen[0]._Node__parameters:
+        if isinstance(each, dict):
+            names = {"".join(part.text for part in name): value for name, value in each.items()}
+            texts = {
+                name: value[0].text for name, value in names.items() if isinstance(value, tuple)
+            }
+            found |= {name: yaml.safe_load(text) for name, text in texts.items()}
+    return found
+
+
+def actions(path: Path, **given: str) -> list[Any]:
+    """Return the actions of the nodes that a launch file would start."""
     module = load(path)
     context = launch.LaunchContext()
     for argument in module.ARGUMENTS:
@@ -37,7 +58,7 @@ def started(path: Path, **given: str) -> list[str]:
     for entity in module.nodes(context):
         is_group = isinstance(entity, launch.actions.GroupAction)
         flat += entity.get_sub_entities() if is_group else [entity]
-    return [each.node_executable for each in flat if hasattr(each, "node_executable")]
+    return [each for each in flat if hasattr(each, "node_executable")]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
@@ -60,6 +81,15 @@ def test_a_robot_starts_what_is_asked_for() -> None:
     assert started(path, reference="true") == ["estimation_node", *beside]
     assert started(path, reference="true", composed="false") == [*separate, *beside]
     assert started(path, controller="lqr", composed="false") == [*separate, "controller_node"]
+
+
+@pytest.mark.parametrize("composed", ["true", "false"])
+def test_the_node_that_calibrates_gets_the_file_that_keeps_it(composed: str) -> None:
+    path = FOLDER / "robot.launch.py"
+    calibrates = "estimation_node" if composed == "true" else "correction_node"
+    given = parameters(path, calibrates, composed=composed, calibration_file="/c.yaml")
+    assert given["calibration_file"] == "/c.yaml"
+    assert "calibration_file" not in parameters(path, calibrates, composed=composed)
 
 
 def test_a_robot_with_drivers_of_its_own_starts_the_rest() -> None:
