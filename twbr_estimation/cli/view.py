@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -37,6 +38,10 @@ def run(arguments: argparse.Namespace) -> int:
     if not request.names:
         request = replace(request, names=FEW)
     settings = ServerSettings(arguments.host, arguments.port, arguments.token).secured()
+    running = ", ".join(request.names)
+    print(
+        f"running {running} on {', '.join(map(str, arguments.bags))}", file=sys.stderr, flush=True
+    )
     sources = [
         RecordedSource(path.name, request.runs(path, reference=False)) for path in arguments.bags
     ]

@@ -16,8 +16,10 @@ class PlaybackPanel:
     def __init__(self, source: Source) -> None:
         """Build the panel."""
         self._source = source
+        self._dragged = False
         self._slider = ui.slider(min=0.0, max=source.duration(), step=0.01, value=0.0)
         self._slider.on("change", lambda event: source.seek(float(event.args)))
+        self._slider.on("pan", self._pan)
         self._slider.props("data-mark=time")
         with ui.row():
             for name in ("play", "pause"):
@@ -32,6 +34,10 @@ class PlaybackPanel:
 
         return act
 
+    def _pan(self, event: Any) -> None:
+        self._dragged = event.args == "start"
+
     def refresh(self) -> None:
-        """Show the time of the picture."""
-        self._slider.set_value(round(self._source.position(), 2))
+        """Show the time of the picture; a slider that is being dragged stays with the finger."""
+        if not self._dragged:
+            self._slider.set_value(round(self._source.position(), 2))
