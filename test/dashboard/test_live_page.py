@@ -251,6 +251,7 @@ def test_a_recording_is_looked_at_with_a_slider(tmp_path: Path) -> None:
         until_true(browser, "window.twbr?.robots.get(0)?.traces.get('active')?.length > 3")
         until_true(browser, f"{mark('time')} !== null")
         until_true(browser, "document.body.innerText.includes('samples are saturated')")
+        until_true(browser, "document.body.innerText.includes('active: complementary')")
         click(browser, "pause")
         said(browser, "paused")
         right, middle = browser.evaluate(

@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..dashboard.server import ServerSettings, serve
 
     request = request_of(arguments)
-    if not request.names:
+    if not arguments.filter:
         request = replace(request, names=FEW)
     settings = ServerSettings(arguments.host, arguments.port, arguments.token).secured()
     running = ", ".join(request.names)

@@ -26,7 +26,7 @@ class FilterPanel:
         """Build the panel."""
         self._source = source
         self._notices = Notices()
-        self._chosen, self._revision = "", -1
+        self._chosen, self._revision = source.active, -1
         ui.label("Filters").classes("text-subtitle1")
         self._choice = ui.select([], label="active filter", on_change=self._on_choice)
         self._choice.classes("w-full").props("data-mark=filter")

@@ -31,6 +31,7 @@ class RecordedSource(Source):
         self.telemetry = Telemetry()
         self._robot = runs.drive.setup.robot
         self._warnings = runs.warnings
+        self.active = next(iter(runs.tracks), "")
         self._tracks = self._named(runs.tracks, runs.recording.reference)
         wheels = runs.recording.wheels
         self._wheels = None if wheels is None else (wheels.stamps, wheels.angle.mean(axis=1))

@@ -76,6 +76,8 @@ class Source(Protocol):
     """What the page calls it."""
     live: bool
     telemetry: Telemetry
+    active: str = ""
+    """Filter that is drawn as the active one; empty where its node says so."""
     on_request: tuple[str, ...] = ()
     """Traces that are drawn on request only."""
 

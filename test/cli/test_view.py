@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from twbr_estimation.cli.main import main
+from twbr_estimation.cli.view import FEW
+
+BAG = str(Path(__file__).resolve().parents[2] / "bags" / "verification")
+
+
+@pytest.fixture
+def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What the page would be served with."""
+    found: list[Any] = []
+    target = "twbr_estimation.dashboard.server.serve"
+    monkeypatch.setattr(target, lambda sources, settings, started: found.extend(sources))
+    return found
+
+
+def names_of(source: Any) -> set[str]:
+    source.seek(0.5)
+    return set(source.telemetry.frame()["traces"])
+
+
+def test_a_few_filters_run_where_none_is_named(served: list[Any]) -> None:
+    assert main(["view", BAG]) == 0
+    (source,) = served
+    assert source.active == FEW[0]
+    assert names_of(source) == {"reference", "active", *FEW[1:]}
+
+
+def test_the_first_filter_named_is_the_active_one(
+    served: list[Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["view", BAG, "--filter", "gyro", "--filter", "complementary"]) == 0
+    (source,) = served
+    assert source.active == "gyro"
+    assert names_of(source) == {"reference", "active", "complementary"}
+    assert "running gyro, complementary" in capsys.readouterr().err
