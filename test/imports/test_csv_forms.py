@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from twbr_estimation.errors import RecordingError
+from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.imports import ImportedLog, ImportOptions, load
 
 COLUMNS = "columns: {time: t, gyro: [gx, gy, gz], accel: [ax, ay, az]}\n"
@@ -145,3 +145,47 @@ def test_what_cannot_be_decided_is_refused(tmp_path: Path, log: bytes, message: 
     columns = COLUMNS.replace("gx, gy", "g, g") if b"g,g" in log else COLUMNS
     with pytest.raises(RecordingError, match=message):
         imported(tmp_path, log, columns)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "t:{},gx:1,gy:2,gz:3,ax:4,ay:5,az:6",
+        "t={}, gx=1, gy=2, gz=3, ax=4, ay=5, az=6",
+        '{{"t": {}, "gx": 1, "gy": 2, "gz": 3, "ax": 4, "ay": 5, "az": 6}}',
+    ],
+)
+def test_names_may_stand_before_each_number(tmp_path: Path, row: str) -> None:
+    text = "\n".join(["boot ok", row.format("0"), row.format("0.01"), row.format("0.02")])
+    imu = imported(tmp_path, text).recording.imu
+    assert np.diff(imu.stamps).tolist() == [10_000_000] * 2
+    assert imu.gyro[0].tolist() == [1.0, 2.0, 3.0]
+    assert imu.accel[0].tolist() == [4.0, 5.0, 6.0]
+
+
+def test_quoted_numbers_have_decimal_commas_between_commas(tmp_path: Path) -> None:
+    text = log_of(["0,00", "0,01"], rest='"0,12","0,2","0,3","1,250",5,6')
+    imu = imported(tmp_path, text).recording.imu
+    assert np.diff(imu.stamps).tolist() == [10_000_000]
+    assert (imu.gyro[0, 0], imu.accel[0, 0]) == (0.12, 1.25)
+
+
+def test_a_header_that_names_too_few_columns_is_refused(tmp_path: Path) -> None:
+    """Commas both between and in the numbers would put the readings into other columns."""
+    text = log_of(["0,00", "0,01"], rest="0,1,0,2,0,3,4,0,5,0,6,0").replace('"', "")
+    with pytest.raises(RecordingError, match=r"names 7 columns, and its rows have 14.*delimiter"):
+        imported(tmp_path, text)
+
+
+def test_a_log_without_header_asks_for_numbers(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"no header with the name 't'.*by number, from 0"):
+        imported(tmp_path, "0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
+
+
+@pytest.mark.parametrize(
+    "key", ["rate: 500Hz\n", "units: {gyro: LSB}\nlsb_per: {gyro: high}\n", "wheel_wrap: [1]\n"]
+)
+def test_a_value_that_is_no_number_is_named_with_its_key(tmp_path: Path, key: str) -> None:
+    name = "lsb_per.gyro" if "lsb" in key else key.split(":")[0]
+    with pytest.raises(ConfigurationError, match=f"{name}: .* is no number"):
+        imported(tmp_path, log_of(["0", "1"]), COLUMNS + key)

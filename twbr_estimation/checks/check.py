@@ -8,7 +8,7 @@ from ..recording import Recording
 from ..robot import Robot, Setup
 from .agreement import agreement
 from .description import description
-from .evidence import Part, parts_of
+from .evidence import BRIEF, Part, parts_of
 from .finding import Finding, Severity
 from .gravity import gravity
 from .readings import DEAD, readings
@@ -34,7 +34,7 @@ def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
     parts = parts_of(recording, setup)
     single = list(readings(recording.imu, setup.robot))
     dead = [each for each in single if each.check in DEAD]
-    upright = _upright(recording, parts, setup, dead)
+    upright = _upright(recording, parts or parts_of(recording, setup, BRIEF), setup, dead)
     encoders = list(wheels(recording, parts, setup.correction.wheel))
     motion = _motion(recording, parts, setup.robot, [*dead, *upright, *encoders])
     yield from description(setup.robot)

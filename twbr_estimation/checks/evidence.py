@@ -21,6 +21,8 @@ STEP = 0.02
 """Period of the grid [s]; slower recordings keep their own."""
 SHORTEST = 6.0
 """Shortest part that is used [s]."""
+BRIEF = 2.0
+"""Shortest part that shows gravity, where there is no longer one [s]."""
 LONGEST = 600.0
 """Readings beyond this time of a part are not looked at [s]."""
 LONGEST_HOLE = 0.5
@@ -75,23 +77,30 @@ def _scale_error(force: FloatArray, calibration: Calibration, axis: str) -> Floa
     return error
 
 
-def parts_of(recording: Recording, setup: Setup) -> tuple[Part, ...]:
-    """Return the longest stretches of a recording without gap, in the order of time."""
+def parts_of(recording: Recording, setup: Setup, shortest: float = SHORTEST) -> tuple[Part, ...]:
+    """Return the longest stretches of a recording without gap, in the order of time.
+
+    Args:
+        recording: the data.
+        setup: robot and calibration as configured.
+        shortest: stretches of less time [s] are left out.
+    """
     stamps = recording.imu.stamps
     if stamps.size < 2:
         return ()
-    longest = sorted(_stretches(stamps), key=lambda part: stamps[part[0]] - stamps[part[1] - 1])
+    found = _stretches(stamps, shortest)
+    longest = sorted(found, key=lambda part: stamps[part[0]] - stamps[part[1] - 1])
     rate, force = calibrated(recording.imu, setup)
     kept = sorted(longest[:MOST_PARTS])
     return tuple(_part(recording, setup, rate, force, *bounds) for bounds in kept)
 
 
-def _stretches(stamps: StampArray) -> Iterator[tuple[int, int]]:
+def _stretches(stamps: StampArray, shortest: float) -> Iterator[tuple[int, int]]:
     """Yield begin and end of every stretch that is long enough, at most `LONGEST` of it."""
     cuts = np.flatnonzero(np.diff(stamps) > round(RESTART_GAP * 1e9)) + 1
     for begin, end in zip([0, *cuts], [*cuts, stamps.size], strict=True):
         last = int(np.searchsorted(stamps[begin:end], stamps[begin] + round(LONGEST * 1e9)))
-        if last > 1 and stamps[begin + last - 1] - stamps[begin] >= round(SHORTEST * 1e9):
+        if last > 1 and stamps[begin + last - 1] - stamps[begin] >= round(shortest * 1e9):
             yield int(begin), int(begin + last)
 
 

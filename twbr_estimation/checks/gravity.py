@@ -13,7 +13,7 @@ from ..recording import FloatArray
 from ..robot import Calibration, Robot
 from ..samples import STANDARD_GRAVITY
 from .causes import as_configured
-from .evidence import Part
+from .evidence import BRIEF, Part
 from .finding import Finding, Severity, passed
 from .rows import Rows, rows_of, spread
 from .units import of_accelerometer
@@ -112,10 +112,12 @@ def gravity(
         calibration: as configured.
     """
     shown = gravity_of(parts)
+    wrong = _wrong_unit(readings)
     if shown is None:
-        yield Finding(Severity.SKIP, "accelerometer", "gravity", "no stretch of 6 s to look at")
+        text = f"no stretch of {BRIEF:g} s to look at"
+        yield wrong or Finding(Severity.SKIP, "accelerometer", "gravity", text)
         return
-    length = _wrong_unit(readings) or _length(shown, calibration)
+    length = wrong or _length(shown, calibration)
     yield length
     if shown.length > REMOVED * STANDARD_GRAVITY or length.severity is not Severity.FAIL:
         yield _direction(shown, parts, robot)

@@ -18,6 +18,8 @@ DAY, HOUR = 86400.0, 3600.0
 _CLOCK = re.compile(
     r"(?:(\d{1,2}):)?(\d{1,2}):(\d{2}(?:[.,:]\d+)?)\s*([ap]\.?m\.?)?", re.IGNORECASE
 )
+_DAYS = re.compile(r"(\d+) days?,? +", re.IGNORECASE)
+"""Days before the time of day of a duration, `1 days 02:03:04.5`."""
 _DATES = (
     re.compile(r"(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})"),
     re.compile(r"(?P<year>\d{4})(?P<month>\d{2})(?P<day>\d{2})(?=[T_ ])"),
@@ -142,7 +144,10 @@ def _offset(zone: str) -> float:
 
 def _time_of_day(text: str) -> float:
     """Return the seconds of `[hours:]minutes:seconds[.fraction] [AM|PM]`; NaN for other texts."""
-    match = _CLOCK.fullmatch(text.strip())
+    tidy, before = text.strip(), 0
+    if days := _DAYS.match(tidy):
+        tidy, before = tidy[days.end() :], int(days[1])
+    match = _CLOCK.fullmatch(tidy)
     if match is None:
         return math.nan
     hours, minutes, seconds, half = match.groups()
@@ -150,10 +155,11 @@ def _time_of_day(text: str) -> float:
     hour = int(hours or 0)
     if half:
         hour = hour % 12 + (12 if half.lower().startswith("p") else 0)
+    hour += 24 * before
     return 3600.0 * hour + 60.0 * int(minutes) + int(whole) + float(f"0.{fraction or 0}")
 
 
 def _round(texts: Sequence[str]) -> float:
     """Return after how many seconds times of day start again: a day, or an hour without hours."""
-    first = next((text for text in texts if _CLOCK.fullmatch(text.strip())), "")
+    first = next((text for text in texts if math.isfinite(_time_of_day(text))), "")
     return DAY if first.count(":") > 1 else HOUR

@@ -2,6 +2,7 @@
 
     columns:                    # names of the header row, or numbers counted from 0
       time: t_us                # or two, [date, time]
+      arrival: pc_time          # when the computer received the row; for `stamps` below
       gyro: [gx, gy, gz]        # sensor axes x, y, z; null for an axis that was not logged
       accel: [ax, ay, az]
       wheels: [left, right]     # or one; optional, positive rolling forward
@@ -28,6 +29,8 @@
     axes: [x, y, z]             # which sensor axis is body forward, left, up; -y is opposed
     reference: {offset_deg: 0.0, delay: 0.0}
     rate: 100.0                 # samples per second [Hz], in place of a column of time
+    stamps: header              # the column of time; arrival takes that of the arrival, device
+                                # relates the time, of the board's own clock, to the arrival
     time_wrap: 4294967296       # counter of this size starts again at 0; found where not given
     wheel_wrap: 65536           # the same for the wheels' counts
     encoding: utf-16            # found where not given
@@ -57,6 +60,7 @@ from ..disk.bounded_yaml import load_yaml
 from ..errors import ConfigurationError
 from ..recording import FloatArray
 from ..robot import Robot
+from ..samples import Stamps
 from .csv_units import DIVISORS, UNITS
 
 _SECTIONS = {
@@ -64,12 +68,12 @@ _SECTIONS = {
     "units": UNITS.keys(),
     "lsb_per": {"gyro", "accel"},
     "counts_per_turn": {"wheels", "wheel_speeds", "reference"},
-    "signs": UNITS.keys() - {"time", "temperature", "estimates"},
+    "signs": UNITS.keys() - {"time", "arrival", "temperature", "estimates"},
     "reference": {"offset_deg", "delay"},
     "robot": None,
 }
 _VALUES = {
-    "axes", "time_wrap", "wheel_wrap", "rate", "encoding",
+    "axes", "time_wrap", "wheel_wrap", "rate", "stamps", "encoding",
     "delimiter", "decimal", "header", "skip_rows",
 }  # fmt: skip
 _REQUIRED = ("gyro", "accel")
@@ -109,6 +113,8 @@ class Description:
     """Body axes as rows in the sensor's axes, (3, 3)."""
     reference_delay: float = 0.0
     """Delay of the reference's stamps after those of its rows [s]."""
+    arrival: Column | None = None
+    """When the computer received a row, by its own clock, where `time` is a board's."""
     rate: float = 0.0
     """Samples per second [Hz] where there is no column of time."""
     time_has_unit: bool = False
@@ -129,7 +135,8 @@ class Description:
     @property
     def columns(self) -> tuple[Column, ...]:
         """All columns."""
-        time = tuple(each for each in (self.date, self.time) if each is not None)
+        times = (self.date, self.time, self.arrival)
+        time = tuple(each for each in times if each is not None)
         several = (self.imu, self.wheels, self.wheel_speeds, self.motors, self.reference)
         listed = (*several, self.temperature, *self.estimates.values())
         return (*time, *(column for each in listed for column in each))
@@ -186,11 +193,15 @@ class _Reader:
         content, reference = self.content, self.content.get("reference", {})
         offset = math.radians(self._number(reference.get("offset_deg", 0.0), "offset_deg"))
         rate = self._number(content.get("rate", 0.0), "rate", least=0.0)
-        self._require_one_of("rate", rate > 0.0, "columns.time", "time" in content["columns"])
+        stamps = self._stamps()
+        has_time = "time" in content["columns"] or stamps is Stamps.ARRIVAL
+        self._require_one_of("rate", rate > 0.0, "columns.time", has_time)
         speeds = self._columns("wheel_speeds", 1, 2)
         if speeds and "wheels" in content["columns"]:
             raise ConfigurationError("columns: wheels and wheel_speeds exclude each other")
-        when = () if rate else self._columns("time", 1, 2)
+        arrival = self._arrival(stamps)
+        when = () if rate else arrival if stamps is Stamps.ARRIVAL else self._columns("time", 1, 2)
+        role = "arrival" if stamps is Stamps.ARRIVAL else "time"
         return Description(
             time=when[-1] if when else None,
             imu=(*self._columns("gyro", 3, 3), *self._columns("accel", 3, 3)),
@@ -202,8 +213,9 @@ class _Reader:
             temperature=self._columns("temperature", 1, 1),
             axes=_axes(content.get("axes", ["x", "y", "z"])),
             reference_delay=self._number(reference.get("delay", 0.0), "reference.delay"),
+            arrival=arrival[0] if stamps is Stamps.DEVICE else None,
             rate=rate,
-            time_has_unit="time" in content.get("units", {}),
+            time_has_unit=role in content.get("units", {}),
             time_wrap=self._number(content.get("time_wrap", 0.0), "time_wrap", least=0.0),
             wheel_wrap=self._number(content.get("wheel_wrap", 0.0), "wheel_wrap", least=0.0),
             encoding=_encoding(content.get("encoding")),
@@ -215,13 +227,29 @@ class _Reader:
             robot=_robot(content.get("robot", {})),
         )
 
+    def _stamps(self) -> Stamps:
+        given = self.content.get("stamps", Stamps.HEADER.value)
+        known = [each.value for each in Stamps]
+        if given not in known:
+            raise ConfigurationError(f"stamps: {given!r}; known: {_list(known)}")
+        return Stamps(given)
+
+    def _arrival(self, stamps: Stamps) -> tuple[Column, ...]:
+        """Return the column of the arrival, by default the times of a serial monitor."""
+        if stamps is Stamps.HEADER:
+            return ()
+        return self._columns("arrival", 1, 1) or (Column(MONITOR, self._scale("arrival")),)
+
     def _require_one_of(self, one: str, is_one: bool, other: str, is_other: bool) -> None:
         if is_one == is_other:
             what = "exclude each other" if is_one else "are both missing"
             raise ConfigurationError(f"{other} and {one} {what}; one of them is needed")
 
     def _number(self, given: Any, key: str, least: float = -_LARGEST) -> float:
-        value = float(given)
+        try:
+            value = float(given)
+        except (TypeError, ValueError):
+            raise ConfigurationError(f"{key}: {given!r} is no number") from None
         if not least <= value <= _LARGEST:
             raise ConfigurationError(f"{key}: {value:g} is not within {least:g} to {_LARGEST:g}")
         return value
@@ -274,7 +302,8 @@ class _Reader:
         if unit not in DIVISORS:
             return UNITS[role][unit]
         section = DIVISORS[unit]
-        divisor = float(self.content.get(section, {}).get(role, 0.0))
+        given = self.content.get(section, {}).get(role, 0.0)
+        divisor = self._number(given, f"{section}.{role}")
         if not 0.0 < divisor < _LARGEST:
             raise ConfigurationError(f"{section}.{role} must be above 0 for unit {unit}")
         return UNITS[role][unit] / divisor

@@ -42,7 +42,7 @@ def header_row(rows: Sequence[Sequence[str]], wanted: Sequence[str]) -> int | No
         fields are numbers: the log has no header. The first row, too, where names are missing.
     """
     if not wanted:
-        return None if rows and all(map(_is_number, rows[0])) else 0
+        return None if rows and all(map(is_number, rows[0])) else 0
     plain = {_plain(name) for name in wanted}
     for number, row in enumerate(rows[:_LONGEST_PREAMBLE]):
         if plain <= set(map(_plain, row)):
@@ -54,7 +54,8 @@ def _plain(name: str) -> str:
     return _UNIT.sub("", name).strip().lower()
 
 
-def _is_number(field: str) -> bool:
+def is_number(field: str) -> bool:
+    """Whether a field is a number, or empty."""
     try:
         float(field or "0")
     except ValueError:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..bags.columns import Columns
+from ..bags.restamping import restamped
 from ..bags.wheel_repairs import COUNTERS, modulus_of
 from ..bags.wheel_repairs import unwrapped as unwrapped_wheel
 from ..bags.wheel_tracks import integrated, repaired_wheels
@@ -23,12 +25,13 @@ from ..recording import (
     TiltTrack,
     WheelTrack,
 )
+from ..samples import Stamps
 from .csv_dates import clock_seconds, days_as_seconds
 from .csv_description import MONITOR, Column, Description, read_description
-from .csv_header import place_of
+from .csv_header import is_number, place_of
 from .csv_numbers import numbers, with_points
 from .csv_text import read_rows
-from .csv_time import counter_size, unwrapped
+from .csv_time import counter_size, spread, unwrapped
 from .imported import START, ImportedLog, ImportOptions, cleaned, stamps_from_seconds
 
 FORMAT = "comma-separated values, their columns described by the YAML of `columns`"
@@ -133,29 +136,69 @@ class _Table:
     def stamps(self) -> StampArray:
         """Return a stamp [ns] for each row; rows without time and IMU readings are dropped."""
         seconds, first = self._seconds()
+        arrivals = self._arrivals()
         columns = self.description.imu
-        good = np.all([np.isfinite(seconds), *(self._finite(each) for each in columns)], axis=0)
+        times = [np.isfinite(each) for each in (seconds, arrivals) if each is not None]
+        good = np.all([*times, *(self._finite(each) for each in columns)], axis=0)
         if not good.any():
             raise RecordingError(f"{self.path}: {self._without_numbers(seconds)}")
         self._count_dropped(int(np.count_nonzero(~good)))
         self.rows = [self.rows[row] for row in np.flatnonzero(good)]
         seconds = seconds[good]
-        if self.description.time is not None and not first:
-            seconds = self._gone_on(seconds)
+        if self.description.time is not None:
+            if not first:
+                seconds = self._gone_on(seconds)
+            self._require_steps(seconds)
+            seconds = spread(seconds, self.repairs)
+        if arrivals is not None:
+            seconds = self._related(seconds, arrivals[good])
         stamps = stamps_from_seconds(seconds, float(seconds[0]))
         return stamps - START + round(float(seconds[0]) * 1e9) if first else stamps
 
+    def _require_steps(self, seconds: FloatArray) -> None:
+        """Refuse a time that stands still."""
+        assert self.description.time is not None
+        if seconds.size > 1 and not np.ptp(seconds):
+            name, reads = self.description.time.name, self._example(self.description.time)
+            raise RecordingError(
+                f"{self.path}: column {name!r} of the time reads {reads.strip()} in every row; "
+                "give the `rate` [Hz] in its place"
+            )
+
+    def _arrivals(self) -> FloatArray | None:
+        """Return when each row arrived [s]; None where that does not matter."""
+        column = self.description.arrival
+        if column is None:
+            return None
+        return self._times(column, None, has_unit=True)[0]
+
+    def _related(self, device: FloatArray, arrivals: FloatArray) -> FloatArray:
+        """Return the times of a device's clock on the clock of the arrivals [s]."""
+        sent = stamps_from_seconds(device, float(device.min()))
+        came = stamps_from_seconds(arrivals, float(arrivals.min()))
+        none = np.zeros((sent.size, 0))
+        columns = Columns(sent, came, none, np.full(sent.size, "", dtype=object))
+        stamps = restamped("rows", columns, Stamps.DEVICE, self.repairs).stamps
+        seconds: FloatArray = (stamps - START) * 1e-9 + float(arrivals.min())
+        return seconds
+
     def _seconds(self) -> tuple[FloatArray, bool]:
         """Return the time of each row [s], and whether it is that of a calendar."""
-        column, count = self.description.time, len(self.rows)
-        if column is None:
-            return np.arange(count) / self.description.rate, False
+        if self.description.time is None:
+            return np.arange(len(self.rows)) / self.description.rate, False
+        given = self.description.time_has_unit
+        return self._times(self.description.time, self.description.date, given)
+
+    def _times(
+        self, column: Column, date: Column | None, has_unit: bool
+    ) -> tuple[FloatArray, bool]:
+        """Return a column of times [s], and whether they are those of a calendar."""
         texts = self._texts(column)
-        if (date := self.description.date) is not None:
+        if date is not None:
             texts = [f"{day} {time}" for day, time in zip(self._texts(date), texts, strict=True)]
         found = clock_seconds(texts)
         if found is None:
-            found = None if self.description.time_has_unit else days_as_seconds(numbers(texts))
+            found = None if has_unit else days_as_seconds(numbers(texts))
         if found is None:
             return numbers(texts) * column.scale, False
         seconds, kind = found
@@ -230,12 +273,22 @@ class _Table:
         return numbers(self._texts(column))
 
     def _place(self, column: Column) -> int:
+        if column.name == MONITOR and MONITOR not in self.names:
+            raise RecordingError(
+                f"{self.path}: no time of a serial monitor stands before its lines; name the "
+                "column of the computer's time in `columns.arrival`"
+            )
         if isinstance(column.name, int):
             return column.name
         try:
             place = place_of(str(column.name), self.names)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
+        if place is None and self.names and all(map(is_number, self.names)):
+            raise RecordingError(
+                f"{self.path}: its first row holds numbers: it has no header with the name "
+                f"{column.name!r}; give the columns by number, from 0"
+            )
         if place is None:
             raise RecordingError(
                 f"{self.path}: has no column {column.name!r}; it has {', '.join(self.names)[:500]}"

@@ -45,6 +45,10 @@ _NUMBER = re.compile(r"\s*[\"']?[+-]?\d")
 MONITOR = re.compile(r"^\s*(\d{1,2}:\d{2}:\d{2}(?:\.\d+)?)\s*->\s*")
 """The time that a serial monitor puts before each line."""
 
+_GROUPS = re.compile(r"\s*[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?\s*")
+_LABELLED = re.compile(r"[\s{\"']*([A-Za-z]\w*)[\s\"']*[:=]\s*(.*?)[\s}]*")
+"""A field with its name before the number, `gx: 0.1`."""
+
 Rows = list[list[str]]
 
 
@@ -84,8 +88,8 @@ def read_rows(path: Path, description: Description) -> Text:
         rows = _split(lines, delimiter)
     except csv.Error as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from error
-    names: list[str] = []
-    header = header_row(rows, description.names) if description.has_header else None
+    names, rows = _without_labels(rows)
+    header = None if names else _header(rows, description)
     if header is not None:
         names = [name.strip() for name in rows[header]] if rows else []
         rows, arrivals = rows[header + 1 :], arrivals[header + 1 :]
@@ -94,7 +98,28 @@ def read_rows(path: Path, description: Description) -> Text:
     fields = len(names) or description.fields
     if arrivals and 2 * sum(len(row) == fields - 1 for row in rows) > len(rows):
         rows = [[arrival, *row] for arrival, row in zip(arrivals, rows, strict=True)]
+    if description.names:
+        _require_names_enough(path, names, rows)
     return _of_one_length(names, rows, arrivals, description.decimal or _decimal(rows, delimiter))
+
+
+def _header(rows: Rows, description: Description) -> int | None:
+    return header_row(rows, description.names) if description.has_header else None
+
+
+def _without_labels(rows: Rows) -> tuple[list[str], Rows]:
+    """Return the names that stand before each number, and the rows without them.
+
+    So serial plotters have it, `gx:0.1,gy:0.2`, and lines of JSON. There are no names, and the
+    rows are as they were, where the last row is of another form.
+    """
+    last = rows[-1] if rows else []
+    names = [match[1] for field in last if (match := _LABELLED.fullmatch(field))]
+    if not names or len(names) < len(last):
+        return [], rows
+    found = [[_LABELLED.fullmatch(field) for field in row] for row in rows]
+    bare = [[match[2] for match in row if match and match[1] in names] for row in found]
+    return names, [row for row in bare if row]
 
 
 def _without_separator_line(lines: list[str]) -> tuple[list[str], str | None]:
@@ -114,10 +139,18 @@ def _without_comments(lines: list[str], has_header: bool) -> list[str]:
 
 
 def _decimal(rows: Rows, delimiter: str) -> str:
-    """Return the sign before a fraction; the point where the comma is the delimiter."""
-    if delimiter == ",":
+    """Return the sign before a fraction.
+
+    Where the comma is the delimiter, only quoted numbers can have one; `5,000` is 5000 then.
+    """
+    fields = [field for row in rows[:_FEW] for field in row]
+    if delimiter == "," and all(map(_GROUPS.fullmatch, filter(_has_comma, fields))):
         return "."
-    return decimal_sign(field for row in rows[:_FEW] for field in row)
+    return decimal_sign(fields)
+
+
+def _has_comma(field: str) -> bool:
+    return "," in field
 
 
 def _decoded(path: Path, content: bytes, encoding: str | None) -> str:
@@ -175,6 +208,18 @@ def _split(lines: list[str], delimiter: str) -> Rows:
     if delimiter == " ":
         return [line.split() for line in lines]
     return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
+
+
+def _require_names_enough(path: Path, names: list[str], rows: Rows) -> None:
+    """Refuse rows whose fields the header does not name all: the names may be others'."""
+    longer = Counter(len(row) for row in rows if any(map(str.strip, row[len(names) :])))
+    if 2 * longer.total() > len(rows):
+        length = longer.most_common(1)[0][0]
+        raise RecordingError(
+            f"{path}: its header names {len(names)} columns, and its rows have {length}: where "
+            "the comma stands both between and in the numbers, save it with another "
+            "`delimiter`; else give the columns by number, from 0"
+        )
 
 
 def _of_one_length(names: list[str], rows: Rows, arrivals: list[str], decimal: str) -> Text:

@@ -12,6 +12,11 @@ WRAPS = (2.0**16, 2.0**32, 2.0**24, 2.0**31)
 _PERIODS = 100.0
 """A counter that started again goes on within this many median steps."""
 
+_LEAST_STEPS = 4
+"""Fewer steps of a clock give no rate of the rows."""
+_LONGEST_PERIOD = 1.5
+"""Rows of one time are taken as evenly spread up to the next for up to this many usual periods."""
+
 
 def unwrapped(counter: FloatArray, modulus: float) -> FloatArray:
     """Return a counter that started again at `modulus` as one that went on; 0 means never.
@@ -37,3 +42,25 @@ def counter_size(counter: FloatArray, repairs: Repairs) -> float:
             repairs[f"counter of the time starts again at {size:.0f}, gone on"] += back.size
             return size
     return 0.0
+
+
+def spread(times: FloatArray, repairs: Repairs) -> FloatArray:
+    """Return times whose clock steps rarely with the rows of each step evenly up to the next.
+
+    A clock steps rarely where most rows have the time of the row before, as with times in whole
+    seconds, or of an arrival in bursts. Other times are returned as they are.
+    """
+    first = np.flatnonzero(np.diff(times, prepend=np.nan) != 0.0)
+    if first.size < _LEAST_STEPS or 2 * first.size > times.size:
+        return times
+    rows = np.diff(np.append(first, times.size))
+    period = np.append(np.diff(times[first]) / rows[:-1], 0.0)
+    usual = float(np.median(period[1:-1]))
+    period[(period <= 0.0) | (period > _LONGEST_PERIOD * usual)] = usual
+    period[0] = period[-1] = usual
+    begin = times[first]
+    begin[0] = begin[1] - rows[0] * usual  # the log may begin between two steps
+    within = np.arange(times.size) - np.repeat(first, rows)
+    repairs["rows of one time spread evenly up to the next time"] += times.size - first.size
+    result: FloatArray = np.repeat(begin, rows) + within * np.repeat(period, rows)
+    return result

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from ..samples import STANDARD_GRAVITY
 
 _TURN = 2.0 * math.pi
+_TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0}
 UNITS: Mapping[str, Mapping[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": 86400.0},
+    "time": _TIMES,
+    "arrival": _TIMES,
     "gyro": {"rad/s": 1.0, "deg/s": math.radians(1.0), "LSB": math.radians(1.0)},
     "accel": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "LSB": STANDARD_GRAVITY},
     "wheels": {"rad": 1.0, "deg": math.radians(1.0), "counts": _TURN},
