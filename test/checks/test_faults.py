@@ -39,6 +39,18 @@ def gyro(by: Callable[[np.ndarray], np.ndarray]) -> Callable[[Simulated], Faulty
     return faulty
 
 
+def gyro_by(by: Callable[[np.ndarray], np.ndarray]) -> Callable[[Simulated], Faulty]:
+    """Return a fault that comes after the calibration, at a robot that never rests."""
+
+    def faulty(drive: Simulated) -> Faulty:
+        imu = drive.recording.imu
+        moving = replace(drive.recording, imu=replace(imu, gyro=by(imu.gyro)))
+        robot = replace(drive.setup.robot, gyro_range=35.0)
+        return moving, replace(drive.setup, robot=robot)
+
+    return faulty
+
+
 def accelerometer(by: Callable[[np.ndarray], np.ndarray]) -> Callable[[Simulated], Faulty]:
     def faulty(drive: Simulated) -> Faulty:
         imu = drive.recording.imu
@@ -100,6 +112,13 @@ def carried(angle: np.ndarray) -> np.ndarray:
     held[2000:3600] = angle[2000]
     held[3600:] += angle[2000] - angle[3599]
     return held
+
+
+def halted(angle: np.ndarray) -> np.ndarray:
+    """Return wheels whose readings stay the same in the second half."""
+    result = angle.copy()
+    result[len(angle) // 2 :] = result[len(angle) // 2]
+    return result
 
 
 def turned(angle: float) -> Callable[[Simulated], Faulty]:
@@ -188,6 +207,11 @@ CASES = {
         16384 / 9.80665,
     ),
     "reference of another clock": (reference(lambda t: t, late=1e9), "reference clock", 1e9),
+    "reference in half turns": (reference(lambda t: t / 180.0), "reference scale", 180.0),
+    "wheels in mm": (wheels(lambda a: 37.5 * a), "wheels scale", 37.5),
+    "both wheels dead for a while": (wheels(halted), "wheels rolling", None),
+    "gyro biased": (gyro_by(lambda v: v + np.array([0.0, 1.0, 0.0])), "gyro bias", None),
+    "gyro z dead": (stuck("gyro", 2, 0.0), "gyro dead axis", None),
     "reference dead": (reference(lambda t: 0.0 * t), "reference dead", None),
     "reference not upright": (reference(lambda t: t + 0.3), "reference zero", 0.3),
     "accelerometer in g": (accelerometer(lambda v: v / 9.80665), "accelerometer unit", 0.102),
@@ -301,3 +325,43 @@ def test_microseconds_for_milliseconds_are_found(drive: Simulated) -> None:
     imu = replace(recording.imu, stamps=recording.imu.stamps // 1000)
     found = faults(replace(recording, imu=imu, wheels=None, reference=None), drive.setup)
     assert "unit of time" in found["IMU time unit"].sentence
+
+
+def test_gravity_removed_is_not_gravity_in_g(drive: Simulated) -> None:
+    """A median of 0.1 g is one or the other; what gravity leaves behind scatters."""
+    imu = drive.recording.imu
+    left = imu.accel - [0.0, 0.0, 9.80665]
+    left *= 1.0 / float(np.median(np.linalg.norm(left, axis=1)))
+    for values, cause in ((left, "gravity was removed"), (imu.accel / 9.80665, "it is in g")):
+        recording = replace(drive.recording, imu=replace(imu, accel=values))
+        assert cause in faults(recording, drive.setup)["accelerometer unit"].text
+
+
+def test_a_calibrated_sensor_upside_down_has_the_right_length(drive: Simulated) -> None:
+    recording, setup = accelerometer(lambda values: -values)(drive)
+    calibration = replace(setup.calibration, accel_bias=(0.0, 0.0, -1.2))
+    found = faults(recording, replace(setup, calibration=calibration))
+    assert "accelerometer direction" in found
+    assert not found.keys() & {"accelerometer unit", "accelerometer gravity"}
+
+
+def test_wheels_that_stand_still_are_named_with_their_time(drive: Simulated) -> None:
+    finding = faults(*wheels(halted)(drive))["wheels rolling"]
+    assert "their angles stay the same: encoders or cable are dead there" in finding.text
+
+
+def test_coarse_wheels_do_not_slip(drive: Simulated) -> None:
+    found = faults(*wheels(lambda angle: quantised(angle, 20))(drive))
+    assert "wheels resolution" in found and "wheels rolling" not in found
+
+
+@pytest.mark.parametrize("seconds", [2.5, 5.0])
+def test_a_short_recording_shows_its_units(drive: Simulated, seconds: float) -> None:
+    kept = drive.recording.imu.stamps < drive.recording.imu.stamps[0] + round(seconds * 1e9)
+    imu = drive.recording.imu
+    cut = replace(imu, stamps=imu.stamps[kept], gyro=imu.gyro[kept], accel=imu.accel[kept])
+    assert "accelerometer unit" not in faults(replace(drive.recording, imu=cut), drive.setup)
+    in_g = replace(cut, accel=cut.accel / 9.80665)
+    assert "accelerometer unit" in faults(replace(drive.recording, imu=in_g), drive.setup)
+    down = replace(cut, accel=-cut.accel)
+    assert "accelerometer direction" in faults(replace(drive.recording, imu=down), drive.setup)

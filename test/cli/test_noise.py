@@ -93,6 +93,16 @@ def test_gaps_and_jitter_are_reported(still, tmp_path, capsys) -> None:
     assert found["rest"]["duration_s"] == pytest.approx(22.0, abs=0.6)
 
 
+def test_a_wrong_unit_is_a_warning(tmp_path, capsys) -> None:
+    recording = simulate("paper", 0.005, 15.0, 55, "still").recording
+    imu = replace(recording.imu, accel=recording.imu.accel / 9.80665)
+    write_recording(tmp_path / "bag", replace(recording, imu=imu, reference=None, truth=None))
+    assert main(["noise", str(tmp_path / "bag")]) == 0
+    assert "warning: accelerometer: its median reading is" in capsys.readouterr().out
+    warnings = " ".join(figures(capsys, tmp_path / "bag")[0]["warnings"])
+    assert "it is in g; give m/s^2" in warnings
+
+
 def test_a_recording_without_anything_to_analyse_is_refused(tmp_path, capsys) -> None:
     recording = simulate("paper", 0.005, 4.0, 54, "still").recording
     write_recording(tmp_path / "bag", replace(recording, reference=None, truth=None))

@@ -34,6 +34,8 @@ LEAST_FORCE = 0.03
 """Signals below this are too small to compare [m/s^2]."""
 UNEXPLAINED = 0.8
 """A contradiction above this share of the signals, which no cause explains, is worth a warning."""
+NEARLY_ALL = 0.8
+"""Wheels that contradict for a larger share of the time do so in all of it."""
 ABOVE_NOISE = 2.0
 """Wheels are compared where their signal is this many times the noise of their readings."""
 
@@ -62,14 +64,22 @@ def agreement(parts: Sequence[Part], robot: Robot, track: WheelTrack | None) -> 
     if share > AGREEING and configured.misfit > ABOVE_NOISE * noise:
         finding = _explained(rows, parts, robot, configured, known)
         if finding is None and share > UNEXPLAINED:
-            finding = _unexplained(configured, rows)
+            finding = _in_part(rows, robot, noise) or _unexplained(configured, rows)
     if finding is not None:
         yield finding
         return
     text = f"gyro, accelerometer and wheels agree; {configured.misfit:.2g} m/s^2 remain"
     yield passed("wheels", "motion", text)
-    yield from stretches(rows, robot)
+    yield from stretches(rows, robot, noise)
     yield from undecided(rows, robot, known, max(configured.misfit, noise))
+
+
+def _in_part(rows: Rows, robot: Robot, noise: float) -> Finding | None:
+    """Return when the wheels do not roll, if it is not nearly all of the time."""
+    for finding in stretches(rows, robot, noise):
+        if finding.severity is Severity.WARN and finding.ratio < NEARLY_ALL:
+            return finding
+    return None
 
 
 def _explained(

@@ -45,7 +45,7 @@ def _findings(recording: Recording, setup: Setup) -> Iterator[Finding]:
     yield from encoders
     yield from motion
     yield from resolution(recording.wheels, [*encoders, *motion])
-    yield from turning(parts, [*dead, *upright, *encoders, *motion])
+    yield from turning(parts, setup.robot, [*dead, *upright, *encoders, *motion])
     yield from reference(recording, parts, [*dead, *upright, *motion])
 
 

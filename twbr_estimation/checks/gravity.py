@@ -33,6 +33,8 @@ MOVING = 0.3
 """Share by which the median force of a robot that never rests may differ from gravity."""
 REMOVED = 0.2
 """A smaller share of gravity counts as 0."""
+SCATTERED = 0.3
+"""Gravity in another unit scatters less than this share of its length; what moves a robot, more."""
 REST_RATE = 0.05
 """Rates below this are rest, whatever the bias [rad/s]."""
 REST_FORCE = 0.3
@@ -118,18 +120,26 @@ def gravity(
         yield wrong or Finding(Severity.SKIP, "accelerometer", "gravity", text)
         return
     length = wrong or _length(shown, calibration)
-    yield length
-    if shown.length > REMOVED * STANDARD_GRAVITY or length.severity is not Severity.FAIL:
-        yield _direction(shown, parts, robot)
+    if shown.length <= REMOVED * STANDARD_GRAVITY and length.severity is Severity.FAIL:
+        yield length
+        return
+    direction = _direction(shown, parts, robot)
+    # Calibrated upside down, a sound sensor's length is wrong by twice its bias.
+    calibrated = calibration.accel_bias != (0.0, 0.0, 0.0)
+    if wrong or not calibrated or direction.severity is not Severity.FAIL:
+        yield length
+    yield direction
 
 
 def _wrong_unit(readings: FloatArray) -> Finding | None:
     """Return that readings are in another unit or without gravity, before any calibration."""
-    length = float(np.median(np.linalg.norm(readings, axis=1)))
+    lengths = np.linalg.norm(readings, axis=1)
+    length = float(np.median(lengths))
     ratio = length / STANDARD_GRAVITY
+    removed = ratio < REMOVED and spread(lengths - length) > SCATTERED * length
     reads = f"its median reading is {length:.3g} where gravity is {STANDARD_GRAVITY:.3g} m/s^2"
     unit = of_accelerometer(ratio)
-    if unit:
+    if unit and not removed:
         return _unit(f"{reads}: it is in {unit}; give m/s^2", ratio)
     if ratio < REMOVED:
         advice = "gravity was removed; give the specific force, +g on the axis that points up"

@@ -18,6 +18,8 @@ from .timing import period_of
 
 LEAST_TILT = math.radians(0.1)
 """Tilting below this is too little to compare [rad]."""
+CLEAR_TILT = 5.0 * LEAST_TILT
+"""Tilting above this must show in the reference, too [rad]."""
 GAIN_LIMITS = (0.5, 2.0)
 """How far the gyro's turn may plausibly be from the reference's, as a ratio."""
 CLOCK_MARGIN = 0.05
@@ -56,7 +58,7 @@ def reference(
         text = "its angle never changes while the robot turns: it is dead, or the joint is fixed"
         yield Finding(Severity.FAIL, "reference", "dead", text)
         return
-    if rows is None or rows.reference is None or spread(rows.reference[:, 0]) < LEAST_TILT:
+    if rows is None or rows.reference is None or not _moving(rows):
         yield Finding(Severity.SKIP, "reference", "motion", "not compared: too little motion")
     else:
         motion = _motion(rows, parts, others)
@@ -80,6 +82,13 @@ def _apart(recording: Recording, track: TiltTrack) -> Finding | None:
 
 def _tilting(rows: Rows) -> bool:
     return spread(rows.turn[:, 1]) > LEAST_TILT
+
+
+def _moving(rows: Rows) -> bool:
+    """Return whether the reference moves, or does not although the gyro clearly turns."""
+    assert rows.reference is not None
+    moving = spread(rows.reference[:, 0]) > LEAST_TILT
+    return moving or spread(rows.turn[:, 1]) > CLEAR_TILT
 
 
 def _zero(parts: Sequence[Part], others: Sequence[Finding]) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..recording import FloatArray, Recording
 from ..robot import Setup
+from ..samples import RESTART_GAP
 from .evidence import calibrated
 from .finding import Finding, Severity, passed
 
@@ -28,6 +29,10 @@ GYRO_NOISE = math.radians(0.5)
 """Noise of one reading that no MPU6050 has: five times its 0.1 deg/s at full bandwidth [rad/s]."""
 ACCEL_NOISE = 0.3
 """The same of the accelerometer: five times 0.06 m/s^2 at full bandwidth [m/s^2]."""
+UPRIGHT = 0.7
+"""The mean force of a robot that stays upright is at least this share of its mean length."""
+YAW_SHARE = 0.5
+"""A sensor that is not quite upright sees less of the robot's turns in its pitch rate."""
 REMAINING_BIAS = math.radians(0.5)
 """Mean rate at rest that is worth a calibration [rad/s]."""
 
@@ -39,6 +44,7 @@ def rest(recording: Recording, setup: Setup) -> Iterator[Finding]:
     if len(still) < LEAST_WINDOWS:
         text = "noise and bias are not known: there is no second at rest"
         yield Finding(Severity.SKIP, "IMU", "noise", text)
+        yield from _turning_on(recording, rate, force)
         return
     gyro, accel = (_noise(values, still) for values in (rate, force))
     shown = f"{math.degrees(gyro):.3g} deg/s and {accel:.3g} m/s^2 a reading"
@@ -55,6 +61,27 @@ def rest(recording: Recording, setup: Setup) -> Iterator[Finding]:
     else:
         yield passed("IMU", "noise", f"noise at rest is {shown}")
     yield _bias(np.concatenate([rate[begin:end] for begin, end in still]))
+
+
+def _turning_on(recording: Recording, rate: FloatArray, force: FloatArray) -> Iterator[Finding]:
+    """Yield a pitch rate that would turn over a robot whose gravity stays on one axis."""
+    steps = np.diff(recording.imu.stamps, append=recording.imu.stamps[-1:]) * 1e-9
+    steps[steps > RESTART_GAP] = 0.0
+    turned, seconds = rate.T @ steps, float(steps.sum())
+    mean = np.linalg.norm(np.mean(force, axis=0))
+    upright = mean > UPRIGHT * float(np.mean(np.linalg.norm(force, axis=1)))
+    if not upright or abs(turned[1]) < max(2.0 * math.pi, YAW_SHARE * abs(turned[2])):
+        return
+    bias = math.degrees(turned[1] / seconds)
+    yield Finding(
+        Severity.WARN,
+        "gyro",
+        "bias",
+        f"its pitch rate is {bias:.3g} deg/s in the mean of {seconds:.0f} s, {turned[1]:.3g} rad "
+        "in all, although gravity stays on one axis: calibrate it with the robot at rest",
+        math.radians(abs(bias)) / REMAINING_BIAS,
+        "calibration.gyro_bias",
+    )
 
 
 def _still(recording: Recording, rate: FloatArray, force: FloatArray) -> list[tuple[int, int]]:

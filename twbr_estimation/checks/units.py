@@ -22,6 +22,11 @@ _FULL_SCALES = {
     "a reading scaled for a quarter of the full scale": 0.25,
     "a reading scaled for an eighth of the full scale": 0.125,
 }
+_LENGTHS = {
+    "the distance rolled in m": 1.0,
+    "the distance rolled in cm": 1e2,
+    "the distance rolled in mm": 1e3,
+}
 _DEGREES = math.degrees(1.0)
 
 
@@ -49,7 +54,8 @@ def of_wheels(reading: float, robot: Robot) -> str:
         "those of an encoder counted with twice its resolution": 2.0,
         "those of an encoder counted with half its resolution": 0.5,
     }
-    name = named(size, names)
+    lengths = {unit: robot.wheel_radius * size for unit, size in _LENGTHS.items()}
+    name = named(size, names) or named(size, lengths)
     if not name and size > 12.0:
         name = f"counts of an encoder with about {2.0 * math.pi * size:.3g} counts a turn"
     return name

@@ -106,6 +106,8 @@ def _print_noise(console: Console, document: Mapping[str, Any]) -> None:
     if "rest" in document:
         console.print(_allan_table(document["rest"]))
         console.print(_bias_table(document["rest"]))
+    for warning in document["warnings"]:
+        console.print(f"warning: {escape(warning)}", highlight=False, soft_wrap=True)
     for note in document["notes"]:
         console.print(f"note: {escape(note)}", highlight=False, soft_wrap=True)
     console.print()

@@ -53,6 +53,7 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
     """
     nodes: list[Node] = []
     stop = threading.Event()
+    _interrupt_raises()
     try:
         line = _initialised(sys.argv if arguments is None else arguments)
         _stop_on_signals(stop)
@@ -119,6 +120,13 @@ def _spin(executor: Executor, nodes: list[Node], stop: threading.Event) -> None:
 def _program() -> str:
     """Return the name of the command, before there is a node with a name."""
     return Path(sys.argv[0]).stem or "twbr_estimation"
+
+
+def _interrupt_raises() -> None:
+    """Let SIGINT raise KeyboardInterrupt again, which it does not while modules are imported."""
+    main = threading.current_thread() is threading.main_thread()
+    if main and signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _stop_on_signals(stop: threading.Event) -> None:

@@ -68,6 +68,8 @@ class RecordingNoise:
     """None where the robot does not stand still for long enough."""
     notes: tuple[str, ...] = field(default=())
     """Assumptions, and figures that could not be determined."""
+    warnings: tuple[str, ...] = field(default=())
+    """What the data show to be wrong with themselves, as a unit."""
 
 
 def analyse(drive: Drive, window: float | None = None) -> RecordingNoise:
@@ -91,7 +93,8 @@ def analyse(drive: Drive, window: float | None = None) -> RecordingNoise:
     rest = _rest(recording, window, notes)
     if motion is None and rest is None:
         raise RecordingError(f"{recording.source}: nothing to analyse: {'; '.join(notes)}")
-    return RecordingNoise(recording.source, motion, rest, tuple(dict.fromkeys(notes)))
+    unique = tuple(dict.fromkeys(notes))
+    return RecordingNoise(recording.source, motion, rest, unique, drive.doubts)
 
 
 def motion_of(drive: Drive) -> MotionSpectra:
@@ -186,7 +189,11 @@ def _assumptions(what: str, stretch: UniformSpan) -> list[str]:
 
 def as_json(noise: RecordingNoise) -> dict[str, Any]:
     """Return the figures as plain data, spectra by their areas."""
-    result: dict[str, Any] = {"source": noise.source, "notes": list(noise.notes)}
+    result: dict[str, Any] = {
+        "source": noise.source,
+        "notes": list(noise.notes),
+        "warnings": list(noise.warnings),
+    }
     if noise.motion is not None:
         result["motion"] = {
             **_stretch(noise.motion.stretch),

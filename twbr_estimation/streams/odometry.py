@@ -8,7 +8,7 @@ from ..pipeline.pairing import WheelReading, wheel_reading
 from ..samples import Stamps
 from .device.stamping import Stamping
 from .messages import decode_forward_speed
-from .wheels import WheelRates
+from .wheel_rates import WheelRates
 
 TOPIC = "odom"
 

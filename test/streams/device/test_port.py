@@ -199,3 +199,50 @@ def test_time_of_lines_is_related_to_ours(tmp_path: Path) -> None:
     steps = {b - a for a, b in itertools.pairwise(stamps)}
     assert max(abs(step - 2_000_000) for step in steps) < 1000
     assert stream.restarts == 0
+
+
+def test_speeds_of_the_wheels_are_integrated(tmp_path: Path) -> None:
+    """By the board's time, across the restart of its counter; standing across a gap of 1 s."""
+    text = (
+        "columns: {time: t, gyro: [gx, gy, gz], accel: [ax, ay, az], wheel_speeds: [l, r]}\n"
+        "units: {time: us, wheel_speeds: rpm}\ntime_wrap: 4294967296\n"
+    )
+    decoder = lines_of(tmp_path, text)
+    decoder.decode(HEADER)
+    angles = []
+    for time in (2**32 - 20_000, 2**32 - 10_000, 0, 10_000, 3_010_000):
+        found = decoder.decode(f"{time % 2**32},0,0,0,0,0,9.8,60,-30")
+        assert found is not None
+        angles.append(found.wheels)
+    turned = [0.0, 0.01, 0.02, 0.03, 0.03]
+    assert [left for left, _ in angles] == pytest.approx([2 * math.pi * t for t in turned])
+    assert [right for _, right in angles] == pytest.approx([-math.pi * t for t in turned])
+    without_time = text.replace("time: t, ", "").replace("time: us, ", "") + "rate: 0\n"
+    with pytest.raises(ConfigurationError):
+        lines_of(tmp_path, without_time)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["T [us], GX (deg/s), gy, gz, ax, ay, az, l, r", "1000,1,2,3,0,0,1,500,0"],
+        ["t:1000,gx:1,gy:2,gz:3,ax:0,ay:0,az:1,l:500,r:0"],
+        ["ok", "t=1000\tgx=1\tgy=2\tgz=3\tax=0\tay=0\taz=1\tl=500\tr=0"],
+    ],
+)
+def test_lines_are_named_as_in_logs(tmp_path: Path, lines: list[str]) -> None:
+    decoder = lines_of(tmp_path)
+    found = None
+    for line in lines:
+        try:
+            found = decoder.decode(line)
+        except FrameError:
+            assert line == "ok"
+    assert found is not None
+    assert found.gyro == pytest.approx([math.radians(2), -math.radians(1), math.radians(3)])
+    assert found.wheels[0] == pytest.approx(math.pi)
+
+
+def test_a_date_is_no_time_of_a_port(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="one column, of numbers"):
+        lines_of(tmp_path, COLUMNS.replace("time: t,", "time: [day, t],"))

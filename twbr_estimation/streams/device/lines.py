@@ -6,10 +6,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...errors import ConfigurationError
+from ..wheel_rates import WheelRates
 from .binary_frames import DeviceSample, FrameError
 
 if TYPE_CHECKING:
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
 DELIMITERS = ",;\t"
 NANOSECOND = 1e-9
+_LABELLED = re.compile(r"([A-Za-z]\w*)\s*[:=]\s*([^:=]*)")
+_UNIT = re.compile(r"\s*[\[(].*[\])]\s*$")
 
 
 class LineDecoder:
@@ -30,8 +34,16 @@ class LineDecoder:
         """
         if description.rate:
             raise ConfigurationError("rate: a serial port needs a column of time, or `arrival`")
+        if description.wheel_speeds and description.time is None:
+            raise ConfigurationError(
+                "columns.wheel_speeds: speeds are integrated, which needs a column of time"
+            )
+        if description.date is not None:
+            raise ConfigurationError("columns.time: a serial port takes one column, of numbers")
         self._description = description
+        self._rates, self._elapsed, self._ticks = WheelRates(), 0, 0
         self._names: list[str] | None = None
+        self._places: dict[str, int] = {}
         self._turns = [0.0] * len(description.wheels)
         self._last_counts: list[float | None] = [None] * len(description.wheels)
         self._fields = 0
@@ -48,7 +60,7 @@ class LineDecoder:
         Raises:
             FrameError: a line that was cut off or disturbed, or that has no header yet.
         """
-        fields = self._split(line.strip())
+        fields = self._without_names(self._split(line.strip()))
         if not fields or self._took_header(fields):
             return None
         if self._fields and len(fields) != self._fields:
@@ -61,7 +73,19 @@ class LineDecoder:
         ticks = None
         if described.time is not None:
             ticks = round(self._value(described.time, fields) / NANOSECOND)
-        return DeviceSample(ticks, gyro, accel, self._wheels(fields))
+        wheels = self._wheels(fields)
+        if ticks is not None and described.wheel_speeds:
+            wheels = self._rolled(ticks, fields)
+        return DeviceSample(ticks, gyro, accel, wheels)
+
+    def _rolled(self, ticks: int, fields: list[str]) -> tuple[float, ...]:
+        """Return the wheel angles by their speeds, since the first line."""
+        step, wrap = ticks - self._ticks, self.ticks_of_wrap
+        if wrap and step < -wrap // 2:
+            step += wrap
+        self._elapsed, self._ticks = self._elapsed + step, ticks
+        speeds = [self._value(column, fields) for column in self._description.wheel_speeds]
+        return tuple(self._rates.add(self._elapsed, speeds))
 
     def _split(self, line: str) -> list[str]:
         delimiter = self._description.delimiter
@@ -70,13 +94,26 @@ class LineDecoder:
         fields = line.split() if delimiter == " " else line.split(delimiter)
         return [each.strip() for each in fields] if line else []
 
+    def _without_names(self, fields: list[str]) -> list[str]:
+        """Return the fields of `gx:0.1,gy:0.2`, the form of serial plotters, without the names."""
+        if not fields or not _LABELLED.fullmatch(fields[0]):
+            return fields
+        found = [_LABELLED.fullmatch(each) for each in fields]
+        labels = [match[1] for match in found if match]
+        if not labels or len(labels) < len(fields):
+            return fields
+        if labels != self._names:
+            self._names, self._fields = None, 0
+            self._took_header(labels)
+        return [match[2] for match in found if match]
+
     def _took_header(self, fields: list[str]) -> bool:
         """Take a header: a line of names, among them all that are asked for."""
         wanted = [column.name for column in self._columns() if isinstance(column.name, str)]
         if not wanted:
             self._fields = self._fields or self._description.fields
             return self._names is None and not _is_number(fields[0]) and self._begin(fields)
-        if all(name in fields for name in wanted):
+        if all(_place(name, fields) is not None for name in wanted):
             return self._begin(fields)
         if self._names is None:
             raise FrameError(
@@ -87,20 +124,22 @@ class LineDecoder:
 
     def _begin(self, fields: list[str]) -> bool:
         self._names, self._fields = fields, len(fields)
+        named = [each.name for each in self._columns() if isinstance(each.name, str)]
+        places = {name: _place(name, fields) for name in named}
+        self._places = {name: place for name, place in places.items() if place is not None}
         return True
 
     def _columns(self) -> Sequence[Column]:
         described = self._description
         time = () if described.time is None else (described.time,)
-        return (*time, *described.imu, *described.wheels)
+        return (*time, *described.imu, *described.wheels, *described.wheel_speeds)
 
     def _value(self, column: Column, fields: list[str]) -> float:
         index = column.name
         if index is None:
             return 0.0
         if isinstance(index, str):
-            assert self._names is not None
-            index = self._names.index(index)
+            index = self._places[index]
         try:
             number = float(fields[index].replace(self._description.decimal or ".", "."))
         except (ValueError, IndexError):
@@ -123,6 +162,15 @@ class LineDecoder:
                 angle += self._turns[index]
             found.append(angle)
         return tuple(found)
+
+
+def _place(name: str, names: list[str]) -> int | None:
+    """Return where a header has a name, as in logs: in any capitals, with a unit behind it."""
+    if name in names:
+        return names.index(name)
+    plain = [_UNIT.sub("", each).strip().lower() for each in names]
+    wanted = _UNIT.sub("", name).strip().lower()
+    return plain.index(wanted) if plain.count(wanted) == 1 else None
 
 
 def _is_number(text: str) -> bool:
