@@ -77,7 +77,7 @@ def agreement(parts: Sequence[Part], robot: Robot, track: WheelTrack | None) -> 
 def _in_part(rows: Rows, robot: Robot, noise: float) -> Finding | None:
     """Return when the wheels do not roll, if it is not nearly all of the time."""
     for finding in stretches(rows, robot, noise):
-        if finding.severity is Severity.WARN and finding.ratio < NEARLY_ALL:
+        if finding.severity is Severity.WARN and (finding.ratio or 0.0) < NEARLY_ALL:
             return finding
     return None
 

@@ -179,8 +179,7 @@ class _Table:
         none = np.zeros((sent.size, 0))
         columns = Columns(sent, came, none, np.full(sent.size, "", dtype=object))
         stamps = restamped("rows", columns, Stamps.DEVICE, self.repairs).stamps
-        seconds: FloatArray = (stamps - START) * 1e-9 + float(arrivals.min())
-        return seconds
+        return np.asarray((stamps - START) * 1e-9 + float(arrivals.min()), dtype=np.float64)
 
     def _seconds(self) -> tuple[FloatArray, bool]:
         """Return the time of each row [s], and whether it is that of a calendar."""
