@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bags.columns import Columns
+from ..bags.decoding import Columns
 from ..bags.restamping import restamped
 from ..bags.wheel_repairs import COUNTERS, modulus_of
 from ..bags.wheel_repairs import unwrapped as unwrapped_wheel
