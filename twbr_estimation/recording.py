@@ -60,8 +60,20 @@ def _array(name: str, value: object, kinds: str, dtype: type[Any]) -> NDArray[An
     return np.asarray(array, dtype)
 
 
-@dataclass(frozen=True, slots=True)
-class ImuTrack:
+class Track:
+    """Columns with stamps, which are shown in a line."""
+
+    __slots__ = ()
+    stamps: StampArray
+
+    def __repr__(self) -> str:
+        """Return how many stamps there are, and over which time."""
+        seconds = 1e-9 * float(np.ptp(self.stamps)) if self.stamps.size else 0.0
+        return f"<{type(self).__name__}: {self.stamps.size} stamps over {seconds:.4g} s>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ImuTrack(Track):
     """IMU readings in sensor axes as the device reports them."""
 
     stamps: StampArray
@@ -77,8 +89,8 @@ class ImuTrack:
         require_kind("frame_id", self.frame_id, str, "a text")
 
 
-@dataclass(frozen=True, slots=True)
-class WheelTrack:
+@dataclass(frozen=True, slots=True, repr=False)
+class WheelTrack(Track):
     """Wheel encoder angles."""
 
     stamps: StampArray
@@ -96,8 +108,8 @@ class WheelTrack:
         return WheelTrack(self.stamps, self.angle / radius) if self.is_distance else self
 
 
-@dataclass(frozen=True, slots=True)
-class MotorTrack:
+@dataclass(frozen=True, slots=True, repr=False)
+class MotorTrack(Track):
     """Commands to the motors, each in force until the next."""
 
     stamps: StampArray
@@ -109,8 +121,8 @@ class MotorTrack:
         _settle(self, {"voltage": (1, 2)})
 
 
-@dataclass(frozen=True, slots=True)
-class TiltTrack:
+@dataclass(frozen=True, slots=True, repr=False)
+class TiltTrack(Track):
     """A tilt over time: the reference encoder, the truth, or another estimator."""
 
     stamps: StampArray
@@ -124,8 +136,8 @@ class TiltTrack:
         _settle(self, {"tilt": ()} if self.rate is None else {"tilt": (), "rate": ()})
 
 
-@dataclass(frozen=True, slots=True)
-class TemperatureTrack:
+@dataclass(frozen=True, slots=True, repr=False)
+class TemperatureTrack(Track):
     """The IMU's own temperature."""
 
     stamps: StampArray

@@ -54,6 +54,20 @@ def test_every_public_name_is_there_and_completed() -> None:
         twbr.no_such_name  # noqa: B018
 
 
+def test_what_holds_arrays_is_shown_in_a_line(drive: twbr.Drive, runs: twbr.Runs) -> None:
+    recording = drive.recording
+    held = (
+        recording.imu,
+        recording.wheels,
+        recording.truth,
+        drive.corrected,
+        runs["complementary"],
+    )
+    for each in (drive, recording, runs, *held):
+        assert len(repr(each)) < 200 and "\n" not in repr(each)
+    assert repr(drive).endswith(": 400 samples at 10 ms, with wheels, reference, truth>")
+
+
 def test_filters_is_the_registry_and_the_folder() -> None:
     import twbr_estimation.filters as folder
 

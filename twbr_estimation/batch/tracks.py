@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..recording import FloatArray, StampArray
+from ..recording import FloatArray, StampArray, Track
 from ..samples import CorrectedSample
 
 
-@dataclass(frozen=True, slots=True)
-class CorrectedTrack:
+@dataclass(frozen=True, slots=True, repr=False)
+class CorrectedTrack(Track):
     """Corrected samples as columns."""
 
     stamps: StampArray
