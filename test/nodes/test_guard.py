@@ -12,6 +12,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -19,6 +20,7 @@ from std_srvs.srv import Trigger
 from twbr_estimation.nodes.diagnostics import Diagnostics, Level, Report
 from twbr_estimation.nodes.guard import GuardedNode
 from twbr_estimation.nodes.lifecycle import DeviceNode
+from twbr_estimation.streams.messages import decode_float64
 
 
 class Faulty(GuardedNode):
@@ -35,6 +37,15 @@ class Faulty(GuardedNode):
 
     def fail(self, *arguments: Any) -> None:
         raise ZeroDivisionError(f"after {len(arguments)} arguments")
+
+
+def test_a_message_that_cannot_be_decoded_is_only_counted(graph: Any) -> None:
+    node = graph.add(GuardedNode("reader", **graph.options()))
+    read: list[float] = []
+    take = node.guarded("number", lambda data: read.append(decode_float64(data)))
+    take(b"\0\1\0\0")
+    take(serialize_message(Float64(data=2.0)))
+    assert read == [2.0] and node.unreadable == 1 and not node.callback_errors.counts
 
 
 def test_no_kind_of_callback_ends_a_node(graph: Any) -> None:

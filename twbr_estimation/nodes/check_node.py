@@ -18,7 +18,7 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Imu, JointState
 
 from ..checks.finding import Severity, noteworthy, worst
-from ..errors import ConfigurationError, MessageError
+from ..errors import ConfigurationError
 from ..parameters.bounds import Meaning
 from ..robot import Setup
 from ..streams.acceptance import Acceptance, AcceptanceSettings
@@ -28,8 +28,9 @@ from ..streams.messages import JointStateDecoder, decode_raw_imu
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import declare_inputs, listen, listen_to_wheels
+from .inputs import declare_inputs, listen_to_wheels
 from .parameters import NodeParameters
+from .qos import listen
 from .spin import run
 
 LOOK_PERIOD = 0.2
@@ -73,12 +74,11 @@ class CheckNode(GuardedNode):
         self.status: int | None = None
         """Exit status once all is done: 1 if anything fails, else 0."""
         self._at_end = at_end
-        self._unreadable = 0
         self._asked = ""
         self._printed = False
-        listen(self, Imu, "imu/data_raw", self._readable(self._on_imu))
-        listen_to_wheels(self, inputs, self._readable(self._on_joints))
-        listen(self, JointState, "reference/joint_states", self._readable(self._on_reference))
+        listen(self, Imu, "imu/data_raw", self._on_imu)
+        listen_to_wheels(self, inputs, self._on_joints)
+        listen(self, JointState, "reference/joint_states", self._on_reference)
         self._diagnostics = Diagnostics(self, self.report)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(LOOK_PERIOD, self.look, clock=steady)
@@ -88,15 +88,6 @@ class CheckNode(GuardedNode):
         return NodeParameters(
             self, declared, lambda values: settings_from(defaults, values)
         ).current
-
-    def _readable(self, take: Any) -> Any:
-        def guarded(data: bytes) -> None:
-            try:
-                take(data)
-            except MessageError:
-                self._unreadable += 1
-
-        return guarded
 
     def _on_imu(self, data: bytes) -> None:
         stamp, values = decode_raw_imu(data)
@@ -134,7 +125,7 @@ class CheckNode(GuardedNode):
     def report(self) -> Report:
         """Return what `/diagnostics` says."""
         found = noteworthy(self.acceptance.found)
-        values = {**self.acceptance.counts, "unreadable_messages": self._unreadable}
+        values = {**self.acceptance.counts, "unreadable_messages": self.unreadable}
         sentences = [self.acceptance.request, *(each.sentence for each in found)]
         level = LEVELS.get(worst(found), Level.OK)
         return Report(level, "; ".join(sentences), values)

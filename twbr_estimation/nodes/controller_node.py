@@ -23,7 +23,6 @@ from std_msgs.msg import Bool, Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 
 from ..controllers.base import MotorVoltages
-from ..errors import MessageError
 from ..pipeline.pairing import WheelReading
 from ..pipeline.physical import NOT_FINITE
 from ..ros_messages import GYRO, ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
@@ -41,11 +40,10 @@ from .controller_parameters import (
     prepare,
 )
 from .diagnostics import Diagnostics, Level, Report
-from .inputs import listen
 from .lifecycle import DeviceNode
 from .motor_watch import MotorWatch
 from .output import never_wait
-from .qos import overridable, published, subscribed
+from .qos import listen, overridable, published, subscribed
 from .robot_agreement import ROBOT, stated
 from .spin import run
 from .watchdog import PERIOD, wall_timer
@@ -79,7 +77,7 @@ class ControllerNode(DeviceNode):
         self._arrival = 0
         self._arrived = time.monotonic()
         self._deadline = Deadline(self._longest_silence)
-        self._unreadable = self._without_angle = 0
+        self._without_angle = 0
         self._oriented = False
         self._subscribe(subscribe)
         options = {"qos_overriding_options": overridable()}
@@ -154,11 +152,7 @@ class ControllerNode(DeviceNode):
         self._stream.configure(configuration)
 
     def _on_imu(self, data: bytes) -> None:
-        try:
-            stamp, values = decode_imu(data)
-        except MessageError:
-            self._unreadable += 1
-            return
+        stamp, values = decode_imu(data)
         if not math.isfinite(sum(values[ORIENTATION:ORIENTATION_COVARIANCE])):
             self._stream.guard.skip(NOT_FINITE)
             return
@@ -169,12 +163,7 @@ class ControllerNode(DeviceNode):
         self._take(stamp, float(tilt_of_quaternion(*values[:4])), values[GYRO + 1])
 
     def _on_tilt(self, data: bytes) -> None:
-        try:
-            tilt = decode_float64(data)
-        except MessageError:
-            self._unreadable += 1
-            return
-        self._take(self.clock_now(), tilt, None)
+        self._take(self.clock_now(), decode_float64(data), None)
 
     def _take(self, stamp: int, tilt: float, rate: float | None) -> None:
         if not self.is_active:
@@ -187,11 +176,7 @@ class ControllerNode(DeviceNode):
             self._publish(voltages)
 
     def _on_joints(self, data: bytes) -> None:
-        try:
-            reading = self._wheels.decode(data, self.clock_now())
-        except MessageError:
-            self._unreadable += 1
-            return
+        reading = self._wheels.decode(data, self.clock_now())
         if reading is not None:
             self._stream.add_wheels(reading)
 
@@ -252,7 +237,7 @@ class ControllerNode(DeviceNode):
         values: dict[str, object] = {
             "controller": balance.settings.controller,
             ROBOT: stated(self._chosen.current.balance.robot),
-            "unreadable_messages": self._unreadable,
+            "unreadable_messages": self.unreadable,
             "messages_without_angle": self._without_angle,
             **stream.counts,
             "deadlines_missed": self._deadline.missed,

@@ -13,7 +13,6 @@ from sensor_msgs.msg import Imu, Temperature
 
 from ..checks.finding import sentences
 from ..checks.live import LiveChecks
-from ..errors import MessageError
 from ..pipeline.pairing import MotorCommand, WheelReading, wheel_reading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
@@ -27,10 +26,10 @@ from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen, listen_to_wheels
+from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen_to_wheels
 from .mounting import MountingFromFrames
 from .parameters import NodeParameters, declare
-from .qos import overridable, published
+from .qos import listen, overridable, published
 from .robot_agreement import ROBOT, stated
 from .spin import run
 from .watchdog import Watchdog
@@ -78,7 +77,6 @@ class CorrectionNode(GuardedNode):
         self._inputs = inputs
         self._wheels = wheel_input(inputs, lambda: setup.current.robot.wheel_radius)
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
-        self._unreadable = 0
         self.pass_wheels: Callable[[WheelReading], None] | None = None
         """Called with each reading of the wheels, for a controller in the same process."""
         self._connect(subscribe)
@@ -118,25 +116,14 @@ class CorrectionNode(GuardedNode):
         self._stream.add_motors(command)
 
     def _on_imu(self, data: bytes) -> None:
-        try:
-            stamp, values = decode_raw_imu(data)
-        except MessageError:
-            self._unreadable += 1
-            return
+        stamp, values = decode_raw_imu(data)
         self.take_imu(self._stamping.stamp(stamp, self.clock_now()), values)
 
     def _on_temperature(self, data: bytes) -> None:
-        try:
-            self._stream.add_temperature(decode_temperature(data))
-        except MessageError:
-            self._unreadable += 1
+        self._stream.add_temperature(decode_temperature(data))
 
     def _on_joints(self, data: bytes) -> None:
-        try:
-            reading = self._wheels.decode(data, self.clock_now())
-        except MessageError:
-            self._unreadable += 1
-            return
+        reading = self._wheels.decode(data, self.clock_now())
         if reading is not None:
             self.take_wheels(reading)
 
@@ -181,7 +168,7 @@ class CorrectionNode(GuardedNode):
             **{f"wheel_{name}": count for name, count in stream.wheel_guard.counts.items()},
             "wheel_velocities_integrated": self._wheels.rates.messages,
             **{f"imu_{name}": count for name, count in self._stamping.counts().items()},
-            "unreadable_messages": self._unreadable,
+            "unreadable_messages": self.unreadable,
         }
         stampings, now = (self._stamping, self._wheels.stamping), self.clock_now()
         values |= {name: text for each in stampings for name, text in each.remark(now).items()}

@@ -14,11 +14,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
-from ..errors import MessageError
 from ..ros_messages import ORIENTATION, ORIENTATION_COVARIANCE, UNREPORTED, tilt_of_quaternion
 from ..scoring.estimator_topics import EstimatorTopic
 from ..streams.messages import JointStateDecoder, decode_float64, decode_imu
-from .qos import overridable, subscribed
+from .qos import listen
 
 IMU, JOINT_STATE, FLOAT64 = (
     "sensor_msgs/msg/Imu",
@@ -63,7 +62,7 @@ class EstimatorInput:
         take: Take,
     ) -> None:
         """Subscribe; the arguments are those of `estimator_inputs`."""
-        self.unreadable = self.received = self.without_stamp = 0
+        self.received = self.without_stamp = 0
         self.problem = ""
         """Why nothing can be used; empty where all is well."""
         self.topic = topic
@@ -106,11 +105,7 @@ class EstimatorInput:
 
         def take(data: bytes) -> None:
             self.received += 1
-            try:
-                stamp, names, tilts = read(data)
-            except MessageError:
-                self.unreadable += 1
-                return
+            stamp, names, tilts = read(data)
             if stamp <= 0:
                 self.without_stamp += 1
                 return
@@ -120,14 +115,7 @@ class EstimatorInput:
                 elif joint in names:  # else it holds other joints
                     self._take(name, stamp, described.tilt(tilts[names.index(joint)]))
 
-        self._subscription = self._node.create_subscription(
-            KINDS[kind],
-            self.topic,
-            take,
-            subscribed(),
-            qos_overriding_options=overridable(),
-            raw=True,
-        )
+        self._subscription = listen(self._node, KINDS[kind], self.topic, take)
 
     def _float64(self, data: bytes) -> tuple[int, tuple[str, ...], tuple[float, ...]]:
         return self._node.get_clock().now().nanoseconds, (), (decode_float64(data),)

@@ -21,7 +21,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
-from ..errors import ConfigurationError, MessageError, TwbrError
+from ..errors import ConfigurationError, TwbrError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
 from ..ros_messages import set_time
 from ..scoring.estimator_topics import EstimatorTopic, estimator_topic
@@ -35,7 +35,7 @@ from .diagnostics import Diagnostics, Level, Report
 from .estimator_inputs import estimator_inputs
 from .guard import GuardedNode
 from .parameters import NodeParameters
-from .qos import overridable, published, subscribed
+from .qos import listen, overridable, published
 from .spin import run
 
 FIGURE_TOPICS = tuple(each.name for each in FIGURES if each.name != "delay_s")
@@ -133,7 +133,7 @@ class EvaluatorNode(GuardedNode):
         self._live = self._begin()
         self._finished: list[RecordingScore] = []
         self._ended = False
-        self._unreadable = self._received = self._told = 0
+        self._received = self._told = 0
         self._names = set(self._settings.topics())
         self._left_out = 0
         self._last_stamps: dict[str, int] = {}
@@ -158,21 +158,10 @@ class EvaluatorNode(GuardedNode):
             "tilt/compare": self._on_compare,
         }
         for topic, take in joint_topics.items():
-            self._listen(JointState, topic, self._joint_callback(take))
+            listen(self, JointState, topic, self._joint_callback(take))
         settings = self._settings
         self._inputs = estimator_inputs(
             self, settings.topics(), settings.reference_joint, self._on_estimate
-        )
-
-    def _listen(self, kind: Any, topic: str, callback: Any) -> None:
-        def guarded(data: bytes) -> None:
-            try:
-                callback(data)
-            except MessageError:
-                self._unreadable += 1
-
-        self.create_subscription(
-            kind, topic, guarded, subscribed(), qos_overriding_options=overridable(), raw=True
         )
 
     def _joint_callback(self, take: Any) -> Any:
@@ -255,7 +244,7 @@ class EvaluatorNode(GuardedNode):
         scores = self._live.scores(delays=False)
         values: dict[str, object] = {
             "recordings_finished": len(self._finished),
-            "unreadable_messages": self._unreadable + sum(each.unreadable for each in self._inputs),
+            "unreadable_messages": self.unreadable,
             "estimators_left_out": self._left_out,
             **{f"{name}.not_used": count for name, count in self._live.refused.items()},
         }

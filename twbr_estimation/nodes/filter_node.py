@@ -17,7 +17,6 @@ from std_srvs.srv import Trigger
 
 from ..checks.finding import Finding, sentences
 from ..checks.quick import QuickChecks
-from ..errors import MessageError
 from ..live_code.providing import BackgroundSteps
 from ..samples import CorrectedSample, TiltEstimate
 from ..streams.filtering import FilterStream
@@ -27,8 +26,9 @@ from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen, listen_to_wheels
+from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen_to_wheels
 from .parameters import declare
+from .qos import listen
 from .robot_agreement import RobotAgreement
 from .spin import run
 from .tilt_outputs import TiltOutputs
@@ -59,12 +59,7 @@ class FilterNode(GuardedNode):
         self._outputs = TiltOutputs(self, declare(self, IMU_FRAME))
         self._transform = TiltTransform(self)
         self._checks, self._age = QuickChecks(), StampAge()
-        self._counts = {
-            "samples": 0,
-            "not_finite_estimates": 0,
-            "failed_steps": 0,
-            "unreadable_messages": 0,
-        }
+        self._counts = {"samples": 0, "not_finite_estimates": 0, "failed_steps": 0}
         self._trusted, self._lost = True, 0
         self._subscribes, self._joints, self._motors = subscribe, None, None
         self._temperature: Any = None
@@ -104,11 +99,7 @@ class FilterNode(GuardedNode):
 
     def _on_imu(self, data: bytes) -> None:
         was_raw = self._input.raw
-        try:
-            ready = self._input.add_imu(data, self.clock_now())
-        except MessageError:
-            self._counts["unreadable_messages"] += 1
-            return
+        ready = self._input.add_imu(data, self.clock_now())
         if self._input.raw and not was_raw:
             why = "have a default" if self._input.default_orientation else "report no"
             self.get_logger().info(f"the Imu messages {why} orientation: correcting them here")
@@ -117,25 +108,14 @@ class FilterNode(GuardedNode):
             self.take(stamp, sample)
 
     def _on_joints(self, data: bytes) -> None:
-        try:
-            ready = self._input.add_wheels(data, self.clock_now())
-        except MessageError:
-            self._counts["unreadable_messages"] += 1
-            return
-        for stamp, sample in ready:
+        for stamp, sample in self._input.add_wheels(data, self.clock_now()):
             self.take(stamp, sample)
 
     def _on_temperature(self, data: bytes) -> None:
-        try:
-            self._input.add_temperature(data)
-        except MessageError:
-            self._counts["unreadable_messages"] += 1
+        self._input.add_temperature(data)
 
     def _on_motors(self, data: bytes) -> None:
-        try:
-            self.pass_motors(decode_motor_command(self.clock_now(), data))
-        except MessageError:
-            self._counts["unreadable_messages"] += 1
+        self.pass_motors(decode_motor_command(self.clock_now(), data))
 
     def take(self, stamp: int, sample: CorrectedSample) -> None:
         """Filter and publish one corrected sample of this stamp [ns]."""
@@ -204,7 +184,14 @@ class FilterNode(GuardedNode):
         period = self._stream.period()
         counted = self._stream.counts()
         newly_lost, self._lost = counted["lost_samples"] - self._lost, counted["lost_samples"]
-        values = {**chosen, "period_s": period, **self._counts, **counted, **self._input.counts()}
+        values = {
+            **chosen,
+            "period_s": period,
+            **self._counts,
+            "unreadable_messages": self.unreadable,
+            **counted,
+            **self._input.counts(),
+        }
         values["wheels_ignored_s"] = round(self._stream.wheels_ignored(), 1)
         if not self._watchdog.started:
             return Report(Level.WARN, self._waiting(), values)
@@ -239,7 +226,7 @@ class FilterNode(GuardedNode):
 
     def _waiting(self) -> str:
         """Return what is waited for, and what came instead."""
-        skipped = {**self._input.counts(), "unreadable": self._counts["unreadable_messages"]}
+        skipped = {**self._input.counts(), "unreadable": self.unreadable}
         came = ", ".join(f"{count} {name}" for name, count in skipped.items() if count)
         text = "; ".join(("waiting for imu/data_corrected", *self._input.problems()))
         return f"{text}; not usable: {came}" if came else text

@@ -1,5 +1,7 @@
 """No callback ends a node: an error is counted, logged in one line, and the node goes on.
 
+A message that cannot be decoded is only counted.
+
 The guard is around every subscription, timer, service and parameter callback, those of rclpy
 itself included. `SystemExit` ends the process as before; a node raises it on purpose.
 """
@@ -14,7 +16,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..errors import ConfigurationError
+from ..errors import ConfigurationError, MessageError
 from ..streams.callback_errors import CallbackErrors, described
 from .parameter_requests import admitted
 
@@ -28,6 +30,8 @@ class Guard:
         """Create the node; the arguments are those of `rclpy.node.Node`."""
         self.callback_errors = CallbackErrors()
         """Errors of callbacks."""
+        self.unreadable = 0
+        """Messages that could not be decoded."""
         super().__init__(name, **options)  # type: ignore[call-arg]
 
     def clock_now(self) -> int:
@@ -55,6 +59,9 @@ class Guard:
         def call(*arguments: Any) -> Any:
             try:
                 return callback(*arguments)
+            except MessageError:
+                self.unreadable += 1
+                return None
             except Exception as error:
                 self.note_error(where, error)
                 return None if otherwise is None else otherwise(error, *arguments)

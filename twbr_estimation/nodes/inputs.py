@@ -14,7 +14,7 @@ from ..streams.inputs import InputSettings, WheelSource
 from .declarations import Declaration, declarations_of, settings_from
 from .message_types import message_type
 from .parameters import NodeParameters, declare
-from .qos import overridable, subscribed
+from .qos import listen
 
 IMU_FRAME = Declaration(
     "frame_id", "imu_link", "Frame of the Imu messages that are published.", read_only=True
@@ -74,10 +74,3 @@ def listen_to_wheels(node: Node, settings: InputSettings, callback: Callable[[by
     if settings.wheel_source is WheelSource.ODOMETRY:
         return listen(node, message_type("nav_msgs/msg/Odometry"), odometry.TOPIC, callback)
     return listen(node, JointState, wheels.TOPIC, callback)
-
-
-def listen(node: Node, kind: Any, topic: str, callback: Callable[[bytes], None]) -> Any:
-    """Subscribe to serialised messages."""
-    return node.create_subscription(
-        kind, topic, callback, subscribed(), qos_overriding_options=overridable(), raw=True
-    )

@@ -7,6 +7,10 @@ every peer. Both can be changed for each topic by the standard parameters
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
@@ -45,3 +49,10 @@ def diagnostics() -> QoSProfile:
 def overridable() -> QoSOverridingOptions:
     """Return the option that lets parameters change a topic's quality of service."""
     return QoSOverridingOptions.with_default_policies()
+
+
+def listen(node: Node, kind: Any, topic: str, callback: Callable[[bytes], None]) -> Any:
+    """Subscribe to serialised messages."""
+    return node.create_subscription(
+        kind, topic, callback, subscribed(), qos_overriding_options=overridable(), raw=True
+    )

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from ..robot import Robot
-from .inputs import listen
+from .qos import listen
 
 ROBOT, CHIP = "robot", "chip"
 """Names of the values in `/diagnostics`: `robot.*` apart from defaults, and the chip's ranges."""

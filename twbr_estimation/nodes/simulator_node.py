@@ -37,10 +37,9 @@ from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .encoder_node import EncoderNode
 from .guard import GuardedNode
-from .inputs import listen
 from .mpu6050_node import Mpu6050Node
 from .parameters import NodeParameters
-from .qos import latched, overridable, published
+from .qos import latched, listen, overridable, published
 from .spin import run
 from .watchdog import PERIOD, wall_timer
 
