@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import StoragePlugin
 
+from bags.copies import copy_with_rosbags
 from twbr_estimation.bags import BagTopic, TopicNames, read_recording, write_recording
 from twbr_estimation.bags.encoding import (
     float64_array_messages,
@@ -67,16 +68,7 @@ def repairs_of(recording: Recording, text: str) -> int:
 def database(folder: Path, small_recording: Make) -> Path:
     """Return a small recording in sqlite3."""
     write_recording(folder / "ours", small_recording(samples=1000))
-    writer = Writer(folder / "copy", version=9, storage_plugin=StoragePlugin.SQLITE3)
-    with Reader(folder / "ours") as bag, writer:
-        connections = {
-            entry.id: writer.add_connection(
-                entry.topic, entry.msgtype, msgdef=entry.msgdef.data, rihs01=entry.digest
-            )
-            for entry in bag.connections
-        }
-        for entry, stamp, raw in bag.messages():
-            writer.write(connections[entry.id], stamp, raw)
+    copy_with_rosbags(folder / "ours", folder / "copy", StoragePlugin.SQLITE3)
     return folder / "copy" / "copy.db3"
 
 

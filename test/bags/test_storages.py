@@ -11,9 +11,10 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from rosbags import rosbag1, rosbag2
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
+from bags.copies import copy_with_rosbags
 from twbr_estimation.bags import BagTopic, TopicNames, mcap_storage, read_recording, write_recording
 from twbr_estimation.errors import RecordingError
 from twbr_estimation.recording import Recording
@@ -29,26 +30,6 @@ def written(tmp_path: Path, small_recording: Make) -> tuple[Path, Recording]:
     recording = small_recording(samples=1500)
     write_recording(tmp_path / "ours", recording)
     return tmp_path / "ours", recording
-
-
-def copy_with_rosbags(
-    source: Path,
-    target: Path,
-    plugin: StoragePlugin,
-    mode: CompressionMode = CompressionMode.NONE,
-    version: int = 9,
-) -> None:
-    writer = rosbag2.Writer(target, version=version, storage_plugin=plugin)
-    writer.set_compression(mode, CompressionFormat.ZSTD)
-    with rosbag2.Reader(source) as bag, writer:
-        connections = {
-            entry.id: writer.add_connection(
-                entry.topic, entry.msgtype, msgdef=entry.msgdef.data, rihs01=entry.digest
-            )
-            for entry in bag.connections
-        }
-        for entry, stamp, raw in bag.messages():
-            writer.write(connections[entry.id], stamp, raw)
 
 
 def copy_with_mcap(source: Path, target: Path, **options: object) -> None:
