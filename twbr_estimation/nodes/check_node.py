@@ -23,13 +23,12 @@ from ..parameters.bounds import Meaning
 from ..robot import Setup
 from ..streams.acceptance import Acceptance, AcceptanceSettings
 from ..streams.device.stamping import Stamping
-from ..streams.inputs import wheel_input
+from ..streams.inputs import InputSettings, wheel_input
 from ..streams.messages import JointStateDecoder, decode_raw_imu
-from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import declare_inputs, listen_to_wheels
-from .parameters import NodeParameters
+from .inputs import listen_to_wheels
+from .parameters import declare_settings
 from .qos import listen
 from .spin import run
 
@@ -64,10 +63,12 @@ class CheckNode(GuardedNode):
             ConfigurationError: a parameter that cannot be used.
         """
         super().__init__("check_node", **options)
-        inputs = declare_inputs(self)
-        setup = self._declared(Setup())
-        self._outputs = self._declared(CheckOutputs())
-        self.acceptance = Acceptance(setup, self._declared(AcceptanceSettings()), inputs.wheel_wait)
+        inputs = declare_settings(self, InputSettings())
+        setup = declare_settings(self, Setup())
+        self._outputs = declare_settings(self, CheckOutputs())
+        self.acceptance = Acceptance(
+            setup, declare_settings(self, AcceptanceSettings()), inputs.wheel_wait
+        )
         self._wheels = wheel_input(inputs, lambda: setup.robot.wheel_radius)
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self._joints = JointStateDecoder()
@@ -82,12 +83,6 @@ class CheckNode(GuardedNode):
         self._diagnostics = Diagnostics(self, self.report)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(LOOK_PERIOD, self.look, clock=steady)
-
-    def _declared(self, defaults: Any) -> Any:
-        declared = declarations_of(defaults, read_only=True)
-        return NodeParameters(
-            self, declared, lambda values: settings_from(defaults, values)
-        ).current
 
     def _on_imu(self, data: bytes) -> None:
         stamp, values = decode_raw_imu(data)

@@ -34,8 +34,8 @@ from ..streams.corrected import has_angle, is_default
 from ..streams.messages import decode_float64, decode_imu, encode_float64s
 from ..streams.wheels import WheelDecoder
 from .controller_parameters import (
+    ControllerInputs,
     TiltSource,
-    declare_controller_inputs,
     declare_controller_parameters,
     prepare,
 )
@@ -43,6 +43,7 @@ from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
 from .motor_watch import MotorWatch
 from .output import never_wait
+from .parameters import declare_settings
 from .qos import listen, overridable, published, subscribed
 from .robot_agreement import ROBOT, stated
 from .spin import run
@@ -67,7 +68,7 @@ class ControllerNode(DeviceNode):
             ConfigurationError: a parameter that cannot be used.
         """
         super().__init__("controller_node", **options)
-        self._inputs = declare_controller_inputs(self)
+        self._inputs = declare_settings(self, ControllerInputs())
         self._chosen = declare_controller_parameters(self, self._configure)
         self._stream = ControlStream(self._chosen.current)
         given = self._inputs

@@ -77,17 +77,6 @@ class ControllerInputs(JointSettings):
     ] = 0.0
 
 
-def declare_controller_inputs(node: Node) -> ControllerInputs:
-    """Declare the read-only parameters and return their values.
-
-    Raises:
-        ConfigurationError: a value out of bounds.
-    """
-    defaults = ControllerInputs()
-    declared = declarations_of(defaults, read_only=True)
-    return NodeParameters(node, declared, lambda values: settings_from(defaults, values)).current
-
-
 def declare_controller_parameters(
     node: Node, apply: Callable[[ControlConfiguration], None]
 ) -> NodeParameters[ControlConfiguration]:

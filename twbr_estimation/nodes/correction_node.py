@@ -20,15 +20,15 @@ from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream
 from ..streams.device.stamping import Stamping
 from ..streams.guarded import StampedSamples
-from ..streams.inputs import wheel_input
+from ..streams.inputs import InputSettings, wheel_input
 from ..streams.messages import ImuEncoder, decode_raw_imu, decode_temperature
 from .calibration_service import CalibrationService
 from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen_to_wheels
+from .inputs import IMU_FRAME, MachineCode, listen_to_wheels
 from .mounting import MountingFromFrames
-from .parameters import NodeParameters, declare
+from .parameters import NodeParameters, declare, declare_settings
 from .qos import listen, overridable, published
 from .robot_agreement import ROBOT, stated
 from .spin import run
@@ -57,7 +57,7 @@ class CorrectionNode(GuardedNode):
             options: Options of `rclpy.node.Node`.
         """
         super().__init__("correction_node", **options)
-        inputs = declare_inputs(self)
+        inputs = declare_settings(self, InputSettings())
         self.wheel_joints = inputs.left_wheel_joint, inputs.right_wheel_joint
         setup = NodeParameters(
             self,

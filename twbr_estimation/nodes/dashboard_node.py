@@ -22,9 +22,8 @@ from ..dashboard.server import ServerSettings, serve
 from ..errors import TwbrError
 from ..parameters.bounds import Bounds, Meaning
 from ..streams.callback_errors import described
-from .declarations import declarations_of, settings_from
 from .graph_robot import GraphRobot
-from .parameters import NodeParameters
+from .parameters import declare_settings
 from .spin import WAKE_PERIOD, make_executor
 
 
@@ -59,10 +58,7 @@ class DashboardNode(Node):
     def __init__(self, **options: Any) -> None:
         """Create the node and a robot for each namespace."""
         super().__init__("dashboard_node", **options)
-        declared = declarations_of(DashboardParameters(), read_only=True)
-        self.settings = NodeParameters(
-            self, declared, lambda values: settings_from(DashboardParameters(), values)
-        ).current
+        self.settings = declare_settings(self, DashboardParameters())
         # Fast topics are taken 30 times a second, so no executor wakes up for their messages.
         self._taker = Node(
             "dashboard_streams", namespace=self.get_namespace(), context=self.context

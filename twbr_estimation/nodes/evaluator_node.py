@@ -30,11 +30,10 @@ from ..scoring.live import LiveEvaluation
 from ..scoring.score import RecordingScore, ScoringOptions
 from ..streams.messages import JointStateDecoder
 from . import memory
-from .declarations import declarations_of, settings_from
 from .diagnostics import Diagnostics, Level, Report
 from .estimator_inputs import estimator_inputs
 from .guard import GuardedNode
-from .parameters import NodeParameters
+from .parameters import declare_settings
 from .qos import listen, overridable, published
 from .spin import run
 
@@ -124,12 +123,7 @@ class EvaluatorNode(GuardedNode):
             ConfigurationError: a parameter that cannot be used.
         """
         super().__init__("evaluator_node", **options)
-        defaults = EvaluatorSettings()
-        self._settings = NodeParameters(
-            self,
-            declarations_of(defaults, read_only=True),
-            lambda values: settings_from(defaults, values),
-        ).current
+        self._settings = declare_settings(self, EvaluatorSettings())
         self._live = self._begin()
         self._finished: list[RecordingScore] = []
         self._ended = False

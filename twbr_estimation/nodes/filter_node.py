@@ -20,14 +20,15 @@ from ..checks.quick import QuickChecks
 from ..live_code.providing import BackgroundSteps
 from ..samples import CorrectedSample, TiltEstimate
 from ..streams.filtering import FilterStream
+from ..streams.inputs import InputSettings
 from ..streams.messages import decode_motor_command
 from ..streams.stamps import StampAge
 from ..streams.tilt_input import TiltInput
 from .diagnostics import Diagnostics, Level, Report
 from .filter_parameters import FilterNodeConfiguration, declare_filter_parameters
 from .guard import GuardedNode
-from .inputs import IMU_FRAME, MachineCode, declare_inputs, listen_to_wheels
-from .parameters import declare
+from .inputs import IMU_FRAME, MachineCode, listen_to_wheels
+from .parameters import declare, declare_settings
 from .qos import listen
 from .robot_agreement import RobotAgreement
 from .spin import run
@@ -52,7 +53,7 @@ class FilterNode(GuardedNode):
         super().__init__("filter_node", **options)
         self._chosen = declare_filter_parameters(self, self._configure)
         configuration = self._chosen.current
-        inputs = declare_inputs(self)
+        inputs = declare_settings(self, InputSettings())
         self._stream = FilterStream(configuration.filters)
         self._inputs = inputs
         self._input = TiltInput(inputs, configuration.setup)

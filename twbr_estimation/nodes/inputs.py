@@ -11,9 +11,9 @@ from sensor_msgs.msg import JointState
 from ..live_code.providing import BackgroundSteps, background_steps
 from ..streams import odometry, wheels
 from ..streams.inputs import InputSettings, WheelSource
-from .declarations import Declaration, declarations_of, settings_from
+from .declarations import Declaration
 from .message_types import message_type
-from .parameters import NodeParameters, declare
+from .parameters import declare
 from .qos import listen
 
 IMU_FRAME = Declaration(
@@ -51,18 +51,6 @@ class MachineCode:
                 self._node.get_logger().warning(steps.refusal)
             if steps.names:
                 self._use(steps)
-
-
-def declare_inputs(node: Node) -> InputSettings:
-    """Declare the read-only parameters of the inputs and return their values.
-
-    Raises:
-        ConfigurationError: a value out of bounds.
-    """
-    declared = declarations_of(InputSettings(), read_only=True)
-    return NodeParameters(
-        node, declared, lambda values: settings_from(InputSettings(), values)
-    ).current
 
 
 def listen_to_wheels(node: Node, settings: InputSettings, callback: Callable[[bytes], None]) -> Any:

@@ -15,8 +15,7 @@ from ..configuration.frames import Mounting, Transform, mounted, of_quaternion, 
 from ..errors import TwbrError
 from ..parameters.bounds import Meaning
 from ..robot import Robot
-from .declarations import declarations_of, settings_from
-from .parameters import NodeParameters
+from .parameters import declare_settings
 from .qos import latched
 
 
@@ -57,11 +56,7 @@ class MountingFromFrames:
         Raises:
             ConfigurationError: a URDF that cannot be used.
         """
-        defaults = MountingFrames()
-        declared = declarations_of(defaults, "mounting.", read_only=True)
-        names = NodeParameters(
-            node, declared, lambda values: settings_from(defaults, values, "mounting.")
-        ).current
+        names = declare_settings(node, MountingFrames(), "mounting.")
         self._node, self._robot = node, robot
         self._names = Mounting(names.body_frame, names.sensor_frame, names.axle_frame)
         self._frames: dict[str, Transform] = {}

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import ConfigurationError, TwbrError
-from .declarations import Declaration
+from .declarations import Declaration, Settings, declarations_of, settings_from
 
 Built = TypeVar("Built")
 
@@ -227,3 +227,20 @@ def _whole_number(value: Any) -> int:
 def _plain(value: Any) -> Any:
     """Return arrays as tuples, everything else as it is."""
     return value if isinstance(value, (bool, int, float, str, type(None))) else tuple(value)
+
+
+def declare_settings(node: Node, defaults: Settings, prefix: str = "") -> Settings:
+    """Declare the fields of a settings dataclass as read-only parameters; return their values.
+
+    Args:
+        node: The node that gets the parameters.
+        defaults: Instance that holds the defaults.
+        prefix: Put before each name, such as `"mounting."`.
+
+    Raises:
+        ConfigurationError: a value that is refused.
+    """
+    declared = declarations_of(defaults, prefix, read_only=True)
+    return NodeParameters(
+        node, declared, lambda values: settings_from(defaults, values, prefix)
+    ).current
