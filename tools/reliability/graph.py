@@ -7,6 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -88,20 +89,40 @@ class Wiretap:
         """Find the subscriptions of these nodes."""
         self.delivered = 0
         """Calls of callbacks."""
-        self._takers: dict[str, list[Any]] = {}
+        self.raised: Counter[str] = Counter()
+        """What callbacks without a guard raised; each would have ended its node."""
+        self._takers: dict[str, list[tuple[Callable[[Any], object], bool]]] = {}
         for node in nodes:
             for each in node.subscriptions:
-                self._takers.setdefault(each.topic_name, []).append(each)
+                own = node.get_namespace().rstrip("/")
+                self.listen(each.topic_name.removeprefix(own), each.callback, each.raw)
 
-    def send(self, topic: str, message: Any) -> None:
-        """Deliver a message to all who subscribed to its topic."""
+    def listen(self, topic: str, take: Callable[[Any], object], raw: bool) -> None:
+        """Deliver the messages of a topic to `take`, too; serialised where `raw`."""
+        self._takers.setdefault(f"/{topic.lstrip('/')}", []).append((take, raw))
+
+    def send(self, topic: str, message: Any, spoil: Callable[[bytes], bytes] = bytes) -> None:
+        """Deliver a message to all who subscribed to its topic.
+
+        Args:
+            topic: Without a namespace; who subscribed to it in one gets it as well.
+            message: What is sent.
+            spoil: Changes the serialised message; who takes it deserialised gets it unchanged.
+        """
         takers = self._takers.get(f"/{topic.lstrip('/')}", ())
         if not takers:
             return
-        data = serialize_message(message)
-        for each in takers:
-            each.callback(data if each.raw else message)
+        data = spoil(serialize_message(message))
+        for take, raw in takers:
+            self.guarded(topic, partial(take, data if raw else message))
             self.delivered += 1
+
+    def guarded(self, what: str, call: Callable[[], object]) -> None:
+        """Call it, and count what it raises."""
+        try:
+            call()
+        except Exception as error:
+            self.raised[f"{what}: {error!r}"] += 1
 
 
 def taped(publisher: Any, take: Callable[[Any], object]) -> None:
@@ -130,8 +151,18 @@ class Numbers:
 
 
 def callback_errors(nodes: list[Any]) -> int:
-    """Return how many callbacks of these nodes raised."""
-    return sum(node.callback_errors.counts.total() for node in nodes)
+    """Return how often callbacks of these nodes raised what nobody expected."""
+    return sum(node.callback_errors.defects for node in nodes if hasattr(node, "callback_errors"))
+
+
+def error_lines(nodes: list[Any]) -> list[tuple[str, int]]:
+    """Return what callbacks of these nodes raised, with its count."""
+    return [
+        (f"{node.get_name()}: {what}", times)
+        for node in nodes
+        if hasattr(node, "callback_errors")
+        for what, times in node.callback_errors.counts.items()
+    ]
 
 
 def resident_megabytes() -> float:

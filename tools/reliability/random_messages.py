@@ -12,9 +12,10 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TwistStamped
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, Temperature
 from std_msgs.msg import Bool, Float64, Float64MultiArray
 
 WILD = (
@@ -25,12 +26,13 @@ SECONDS = (0, 1, -1, -(2**31), 2**31 - 1, 10**9, 1_700_000_000)
 NANOSECONDS = (0, 1, 999_999_999, 10**9, 2**31, 2**32 - 1)
 NAMES = (
     "left_wheel_joint", "right_wheel_joint", "wheel_joint", "tilt", "", "my-filter", "my filter",
-    "1st", "/a//b", "ü", "x" * 300, "kalman", "~",
+    "1st", "/a//b", "ü", "x" * 300, "kalman", "~", "filter_node", "correction_node",
 )  # fmt: skip
 TOPICS: dict[str, type[Any]] = {
     "imu/data_raw": Imu,
     "imu/data_corrected": Imu,
     "imu/data": Imu,
+    "imu/temperature": Temperature,
     "joint_states": JointState,
     "reference/joint_states": JointState,
     "tilt/compare": JointState,
@@ -39,6 +41,7 @@ TOPICS: dict[str, type[Any]] = {
     "motor/command": Float64MultiArray,
     "cmd_vel": TwistStamped,
     "/clock": Clock,
+    "/diagnostics": DiagnosticArray,
 }
 """What is sent where."""
 
@@ -68,6 +71,8 @@ class RandomMessages:
             Float64MultiArray: self._numbers,
             TwistStamped: self._twist,
             Clock: self._clock,
+            Temperature: self._temperature,
+            DiagnosticArray: self._diagnostics,
         }
         message = kind()
         fill[kind](message)
@@ -119,6 +124,39 @@ class RandomMessages:
 
     def _clock(self, message: Clock) -> None:
         self._stamp(message.clock)
+
+    def _temperature(self, message: Temperature) -> None:
+        self._stamp(message.header.stamp)
+        message.temperature = self._value()
+
+    def _diagnostics(self, message: DiagnosticArray) -> None:
+        self._stamp(message.header.stamp)
+        draw = self._random
+        values = [KeyValue(key=draw.choice(NAMES), value=str(self._value()))]
+        message.status = [
+            DiagnosticStatus(
+                level=bytes([draw.randrange(6)]),
+                name=draw.choice(NAMES),
+                message=draw.choice(NAMES),
+                values=values * draw.randrange(3),
+            )
+            for _ in range(draw.randrange(3))
+        ]
+
+    def spoiled(self, data: bytes) -> bytes:
+        """Return a serialised message, one in twenty cut, lengthened or with bytes changed."""
+        draw = self._random
+        if draw.random() > 0.05:
+            return data
+        kind = draw.randrange(3)
+        if kind == 0:
+            return data[: draw.randrange(len(data))]
+        if kind == 1:
+            return data + draw.randbytes(draw.randrange(64))
+        changed = bytearray(data)
+        for _ in range(draw.randint(1, 4)):
+            changed[draw.randrange(len(changed))] = draw.randrange(256)
+        return bytes(changed)
 
 
 def main() -> None:

@@ -18,7 +18,9 @@ Written by `python tools/campaign.py`; do not edit. The tools it is made of, in
 * `live_robot.py` kills and stops the nodes of a balancing robot and counts the commands.
 * `fed_controller.py` feeds a controller by hand and counts what it commands; `motor_causes.py` and
   `motor_ends.py` bring about what must stop it, `set_clock.py` sets its clock.
-* `killing.py` kills a command at random instants and looks at its files.
+* `random_devices.py` stands between a driver and its chip, counter or port and spoils answers.
+* `writer_trials.py` kills what writes, and fills its disk; `writers.py` lists what does, and
+  `file_faults.py` lets a call of the system fail.
 * `live_path.py` and `motions.py` run a filter as the nodes do and compare it with the truth.
 
 `python tools/campaign.py --list` names the parts; each runs alone, and `--scale` shortens it. A

@@ -22,6 +22,8 @@ ACTIVE = "active"
 LARGEST_GAP = 0.2
 """Between two references; within a longer one nothing is interpolated [s]."""
 REFERENCES_KEPT = 256
+LARGEST = 1e4
+"""Largest tilt or turn that is drawn [rad]; what is beyond is counted as not finite."""
 REPEATED = 1.0
 """A trace begins again where it goes back by more than this, as in a repeated recording [s]."""
 
@@ -70,9 +72,9 @@ class Pose:
     reference: float = math.nan
 
     def values(self) -> dict[str, float | None]:
-        """Return finite numbers by name; None where unknown."""
+        """Return numbers by name; None where unknown or beyond all turns."""
         return {
-            name: (round(value, 5) if math.isfinite(value) else None)
+            name: (round(float(value), 5) if abs(value) < LARGEST else None)
             for name, value in vars(self).items()
         }
 
@@ -134,7 +136,7 @@ class Telemetry:
 
     def _time(self, name: str, stamp: int, tilt: float) -> float | None:
         """Return a sample's time [s]; None for one that is dropped because it is not finite."""
-        if not math.isfinite(tilt):
+        if not abs(tilt) < LARGEST:
             self.not_finite += 1
             return None
         time = self.seconds(stamp)

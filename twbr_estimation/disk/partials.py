@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import shutil
 from contextlib import suppress
@@ -78,6 +79,25 @@ def leftovers(target: Path) -> list[Path]:
         for name in names
         if name.startswith(prefix) and name.endswith(PARTIAL) and len(name) == known
     ]
+
+
+def abandoned(folder: Path, kind: str) -> list[tuple[Path, int]]:
+    """Return temporary folders, of whatever target, whose writers were killed.
+
+    Args:
+        folder: Where to look.
+        kind: Ending of their targets' names.
+
+    Returns:
+        Each with a descriptor that holds its lock; the caller closes it.
+
+    Raises:
+        OSError: the folder cannot be listed.
+    """
+    form = re.compile(rf"\..+{re.escape(kind)}\.[0-9a-f]{{{len(token())}}}{re.escape(PARTIAL)}")
+    paths = [folder / name for name in sorted(os.listdir(folder)) if form.fullmatch(name)]
+    found = [(path, locked(path)) for path in paths if path.is_dir()]
+    return [(path, lock) for path, lock in found if lock is not None]
 
 
 def restore(target: Path) -> None:

@@ -17,6 +17,9 @@ from itertools import starmap
 from pathlib import Path
 from typing import NamedTuple
 
+from ..disk.writing import whole_file
+from ..errors import WritingError
+
 SOURCES = (
     "samples.py",
     "compilation.py",
@@ -117,7 +120,7 @@ def saved(name: str, made: str, code: ObjectCode, ending: str = STEP) -> Path | 
             for other in folder.glob(f"{name}.*.{ending}"):
                 if not other.name.startswith(f"{name}.{made.partition('-')[0]}"):
                     other.unlink(missing_ok=True)
-        except OSError:
+        except (OSError, WritingError):
             continue
         return path
     return None
@@ -125,13 +128,9 @@ def saved(name: str, made: str, code: ObjectCode, ending: str = STEP) -> Path | 
 
 def _write(path: Path, content: bytes) -> None:
     """Write a file whole or not at all, for its owner to write and for all to read."""
-    partial = path.with_suffix(f".{os.getpid()}")
-    try:
-        partial.write_bytes(content)
-        partial.chmod(0o644)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(path, len(content)) as temporary:
+        temporary.write_bytes(content)
+        temporary.chmod(0o644)
 
 
 def exists(name: str, ending: str = STEP) -> bool:

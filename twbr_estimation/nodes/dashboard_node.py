@@ -23,6 +23,7 @@ from ..errors import TwbrError
 from ..parameters.bounds import Bounds, Meaning
 from ..streams.callback_errors import described
 from .graph_robot import GraphRobot
+from .guard import GuardedNode
 from .parameters import declare_settings
 from .spin import WAKE_PERIOD, make_executor
 
@@ -52,7 +53,7 @@ class DashboardParameters:
     )
 
 
-class DashboardNode(Node):
+class DashboardNode(GuardedNode):
     """Holds the parameters; what the page shows is a `GraphRobot` for each namespace."""
 
     def __init__(self, **options: Any) -> None:

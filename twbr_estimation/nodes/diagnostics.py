@@ -16,6 +16,9 @@ from .clock_watch import ClockWatch
 from .guard import Guard
 from .qos import diagnostics
 
+LATE = 1.25
+"""Periods after which a report is published even if its timer does not get its turn."""
+
 
 class Level(Enum):
     """Level of a status."""
@@ -50,7 +53,8 @@ class Diagnostics:
             hardware_id: Which device it is about.
             period: Time between two messages [s].
         """
-        self._node = node
+        self._node, self._period = node, period
+        self._published, self._dropped = time.monotonic(), 0
         self._report = report
         self._hardware_id = hardware_id
         self._level = Level.OK
@@ -59,6 +63,8 @@ class Diagnostics:
         # Wall time: a node under a simulated clock that stands still must be able to report it.
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(period, self.update, clock=wall)
+        if isinstance(node, Guard):
+            node.backlog.meanwhile = self._update_where_late
 
     def update(self) -> None:
         """Publish now."""
@@ -73,7 +79,13 @@ class Diagnostics:
         message = DiagnosticArray(status=[status])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
+        self._published = time.monotonic()
         self._log_change(report)
+
+    def _update_where_late(self, now: float) -> None:
+        """Publish between two messages of a node whose timers do not get their turn."""
+        if now - self._published > LATE * self._period:
+            self.update()
 
     def _reported(self) -> Report:
         try:
@@ -91,10 +103,21 @@ class Diagnostics:
             if recent := self._node.callback_errors.recent(time.monotonic()):
                 sentences.append(f"an error in a callback: {recent}")
                 level = Level.WARN if level is Level.OK else level
+        if self._node_drops(values):
+            sentences.append("too slow: messages come faster than this node handles them")
+            level = Level.WARN if level is Level.OK else level
         if silence := self._clock.silence():
             sentences.insert(0, silence)
             level = Level.WARN if level is Level.OK else level
         return Report(level, "; ".join(sentences), values)
+
+    def _node_drops(self, values: dict[str, object]) -> bool:
+        """Return whether messages were dropped since the last report; add their count."""
+        if not isinstance(self._node, Guard) or not self._node.backlog.dropped:
+            return False
+        before, self._dropped = self._dropped, self._node.backlog.dropped
+        values["messages_dropped"] = self._dropped
+        return self._dropped > before
 
     def _log_change(self, report: Report) -> None:
         if report.level is self._level:

@@ -74,6 +74,8 @@ class GraphRecorder:
         self._target = self._folder / self._name()
         types = {f"/{topic}": _type_name(kind) for topic, kind in TOPICS.items()}
         recorder = BagRecorder(self._target, types)
+        for each in recorder.recovered:
+            self._node.get_logger().warning(f"{each}: kept; its recorder did not end it")
         config = recorder.folder / CONFIG_FOLDER
         config.mkdir()
         write_section(config / "robot.yaml", robot)

@@ -13,11 +13,14 @@ from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
 
-from ..errors import ConfigurationError, MessageError
+from ..errors import ConfigurationError, MessageError, TwbrError
 from ..streams.callback_errors import CallbackErrors, described
+from .backlog import Backlog
 from .parameter_requests import admitted
 
 Callback = Callable[..., Any]
@@ -32,6 +35,8 @@ class Guard:
         """Errors of callbacks."""
         self.unreadable = 0
         """Messages that could not be decoded."""
+        self.backlog = Backlog()
+        """Messages that are dropped where the node cannot keep up."""
         super().__init__(name, **options)  # type: ignore[call-arg]
 
     def clock_now(self) -> int:
@@ -71,17 +76,57 @@ class Guard:
     def create_subscription(
         self, kind: Any, topic: str, callback: Callback, *arguments: Any, **options: Any
     ) -> Any:
-        """Subscribe; as `rclpy.node.Node.create_subscription`."""
-        return super().create_subscription(  # type: ignore[misc]
-            kind, topic, self.guarded(topic, callback), *arguments, **options
+        """Subscribe; as `rclpy.node.Node.create_subscription`.
+
+        Serialised messages, those of the fast topics, are dropped where the node cannot keep up.
+        """
+        raw = options.get("raw", False)
+        if kind is Clock and not raw:
+            callback = self._without_negative(callback)
+        taken = self.guarded(topic, callback)
+        if raw:
+            taken = self._unless_behind(taken)
+        made = super().create_subscription(  # type: ignore[misc]
+            kind, topic, taken, *arguments, **options
         )
+        if raw:
+            self.backlog.add_queue(topic, made.qos_profile)
+        return made
+
+    @staticmethod
+    def _without_negative(callback: Callback) -> Callback:
+        """Return `callback` for times on `/clock`; one before 1970 is an error in plain words."""
+
+        def call(message: Clock) -> None:
+            if message.clock.sec < 0:
+                raise TwbrError(f"{message.clock.sec} s is before 1970; it is ignored")
+            callback(message)
+
+        return call
+
+    def _unless_behind(self, callback: Callback) -> Callback:
+        drops = self.backlog.drops
+
+        def call(message: Any) -> None:
+            if not drops():
+                callback(message)
+
+        return call
 
     def create_timer(self, period: float, callback: Callback, **options: Any) -> Any:
         """Create a timer; as `rclpy.node.Node.create_timer`."""
         name = getattr(callback, "__name__", "callback").lstrip("_")
-        return super().create_timer(  # type: ignore[misc]
-            period, self.guarded(f"timer {name}", callback), **options
-        )
+        guarded = self.guarded(f"timer {name}", callback)
+        clock = options.get("clock")
+        if clock is None or clock.clock_type is not ClockType.STEADY_TIME:
+            return super().create_timer(period, guarded, **options)  # type: ignore[misc]
+        self.backlog.add_timer(period)
+
+        def call() -> None:
+            self.backlog.ticked(period)
+            guarded()
+
+        return super().create_timer(period, call, **options)  # type: ignore[misc]
 
     def create_service(self, kind: Any, name: str, callback: Callback, **options: Any) -> Any:
         """Offer a service; as `rclpy.node.Node.create_service`. An error is a negative answer."""

@@ -91,10 +91,14 @@ class SampledTopic:
                 if taken is None:
                     return
                 self._count(taken[1].get("publication_sequence_number"))
-                try:
-                    self._handle(taken[0])
-                except (MessageError, ArithmeticError, ValueError):
-                    self.unreadable += 1
+                self.accept(taken[0])
+
+    def accept(self, data: bytes) -> None:
+        """Handle one serialised message; one that cannot be read is counted."""
+        try:
+            self._handle(data)
+        except (MessageError, ArithmeticError, ValueError):
+            self.unreadable += 1
 
     def _count(self, sequence: int | None) -> None:
         now = time.monotonic()

@@ -106,6 +106,8 @@ def _created(create: Callable[[], Node | Sequence[Node]]) -> Node | Sequence[Nod
 def _spin(executor: Executor, nodes: list[Node], stop: threading.Event) -> None:
     """Spin until shutdown; what a guard could not catch is counted by the first guarded node."""
     guarded = [node for node in nodes if isinstance(node, Guard)]
+    for node in guarded:
+        node.backlog.begin()
     while rclpy.ok() and not stop.is_set():
         try:
             executor.spin_once(timeout_sec=WAKE_PERIOD)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..disk.writing import whole_file
+from ..disk.writing import write_bytes
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT, RecordingNoise
 from ..recording import FloatArray
@@ -50,8 +51,9 @@ def save(figure: Any, path: Path) -> None:
     Raises:
         WritingError: the file cannot be written.
     """
-    with whole_file(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=150)
+    content = BytesIO()
+    figure.savefig(content, format="png", dpi=150)
+    write_bytes(path, content.getvalue())
 
 
 def noise_picture(found: Sequence[RecordingNoise], path: Path) -> None:

@@ -23,6 +23,8 @@ class CallbackErrors:
         """Start without any."""
         self.counts: Counter[str] = Counter()
         """Errors by the name of the callback."""
+        self.defects = 0
+        """Those among them that are not of this package: nobody expected them."""
         self._logged: dict[str, float] = {}
         self._latest, self._at = "", float("-inf")
 
@@ -37,6 +39,7 @@ class CallbackErrors:
         if where not in self.counts and len(self.counts) >= _MOST_NAMES:
             where = "others"
         self.counts[where] += 1
+        self.defects += not isinstance(error, TwbrError)
         self._latest, self._at = f"{where}: {described(error)}", now
         last = self._logged.get(where)
         if last is not None and now - last < LOG_PERIOD:

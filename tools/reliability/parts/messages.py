@@ -14,26 +14,27 @@ from typing import Any
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 
+from reliability.all_nodes import subscribers, tapped, tick
 from reliability.graph import (
-    Graph,
     Numbers,
     Wiretap,
     callback_errors,
+    error_lines,
     opened_graph,
     resident_megabytes,
     taped,
 )
 from reliability.random_messages import RandomMessages
 from reliability.row import Effort, Row
-from twbr_estimation.nodes.check_node import CheckNode
 from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.correction_node import CorrectionNode
-from twbr_estimation.nodes.evaluator_node import EvaluatorNode
 from twbr_estimation.nodes.filter_node import FilterNode
-from twbr_estimation.nodes.simulator_node import SimulatorNode
+from twbr_estimation.nodes.memory import give_back
 from twbr_estimation.streams.messages import decode_float64, decode_float64s, decode_imu
 
 MESSAGES = 1_000_000
+LOOKS = 200
+"""Messages between two looks of timers and browsers."""
 GROWTH = 10.0
 """Memory that the second half of the messages may add [MB]."""
 LEAN, PERIOD, SETTLING = 0.1, 0.005, 2.0
@@ -44,37 +45,37 @@ TOLERANCE = math.radians(0.5)
 
 
 def rows(effort: Effort) -> Iterator[Row]:
-    """Feed them all, and see what is left of them."""
+    """Feed them all, by their own clock and by `/clock`, and see what is left of them."""
+    for simulated_time in (False, True):
+        yield from _fed(effort, simulated_time)
+
+
+def _fed(effort: Effort, simulated_time: bool) -> Iterator[Row]:
     with opened_graph() as graph:
-        nodes = subscribers(graph)
+        nodes = subscribers(graph, simulated_time)
         sent, tilts = Numbers(_sum), Tilts()
         for publisher in _publishers(nodes):
             taped(publisher, sent)
-        taped(nodes[1]._outputs._tilt, tilts.add)
-        wire, random = Wiretap(*nodes), RandomMessages(effort.seed)
-        count, memory = effort.tries(MESSAGES), 0.0
-        for index, (topic, message) in enumerate(random.messages(10 * count)):
-            wire.send(topic, message)
-            if index % 5000 == 0:
-                nodes[3].publish_figures()
-            if not memory and 2 * wire.delivered >= count:
-                memory = resident_megabytes()
-            if wire.delivered >= count:
-                break
-        grown = resident_megabytes() - memory
-        failed = callback_errors(nodes)
+        taped(of_kind(nodes, FilterNode)[0]._outputs._tilt, tilts.add)
+        wire, random = tapped(nodes), RandomMessages(effort.seed + 1000 * simulated_time)
+        grown = _feed(wire, random, nodes, effort.tries(MESSAGES // 2))
+        failed, delivered = callback_errors(nodes) + wire.raised.total(), wire.delivered
+        for what, times in [*wire.raised.items(), *error_lines(nodes)]:
+            print(f"  {times} times: {what}", flush=True)
         calm(wire, random)
     bad = sent.counts["not finite"]
-    seen = (
+    clock = ", by /clock" if simulated_time else ""
+    yield Row(
+        f"random messages at {len(nodes)} nodes{clock}",
+        delivered,
+        f"no end, no error, finite, below {GROWTH:g} MB in the second half",
         f"0 of {len(nodes)} nodes ended; {failed} errors in callbacks; "
-        f"{bad} of {sent.counts['published']} messages not finite; {grown:+.1f} MB"
+        f"{bad} of {sent.counts['published']} messages not finite; {grown:+.1f} MB",
+        failed == bad == 0 and grown < GROWTH,
     )
-    promised = f"no end, no error, finite, below {GROWTH:g} MB in the second half"
-    fine = failed == bad == 0 and grown < GROWTH
-    yield Row("random messages at six nodes", wire.delivered, promised, seen, fine)
     worst = tilts.worst()
     yield Row(
-        "sound readings after them",
+        f"sound readings after them{clock}",
         len(tilts.found),
         "tilt right to 0.5 deg from 2 s on",
         f"at most {math.degrees(worst):.2f} deg wrong",
@@ -82,27 +83,35 @@ def rows(effort: Effort) -> Iterator[Row]:
     )
 
 
-def subscribers(graph: Graph) -> list[Any]:
-    """Return a node of each kind that subscribes to sensors, tilts or commands."""
-    made = [
-        CorrectionNode(**graph.options()),
-        FilterNode(**graph.options(filter="complementary", compare=["all"], predict=True)),
-        ControllerNode(**graph.options(prepare_all=False)),
-        EvaluatorNode(**graph.options(table=False)),
-        SimulatorNode(**graph.options()),
-        CheckNode(at_end=lambda: None, **graph.options()),
-    ]
-    return [graph.add(node) for node in made]
+def _feed(wire: Wiretap, random: RandomMessages, nodes: list[Any], count: int) -> float:
+    """Deliver `count` messages; return by how much the second half let the memory grow [MB]."""
+    memory = 0.0
+    for index, (topic, message) in enumerate(random.messages(10 * count)):
+        wire.send(topic, message, random.spoiled)
+        if index % LOOKS == 0:
+            tick(nodes, wire)
+        if index % (20 * LOOKS) == 0:
+            give_back()
+        if not memory and 2 * wire.delivered >= count:
+            give_back()
+            memory = resident_megabytes()
+        if wire.delivered >= count:
+            break
+    give_back()
+    return resident_megabytes() - memory
+
+
+def of_kind(nodes: list[Any], kind: type[Any]) -> list[Any]:
+    """Return the nodes of a kind."""
+    return [node for node in nodes if isinstance(node, kind)]
 
 
 def _publishers(nodes: list[Any]) -> list[Any]:
-    correction, tilt, controller = nodes[:3]
-    return [
-        correction._publisher,
-        tilt._outputs._imu,
-        tilt._outputs._tilt,
-        controller._command,
-    ]
+    found = [each._publisher for each in of_kind(nodes, CorrectionNode)]
+    found += [each._command for each in of_kind(nodes, ControllerNode)]
+    for each in of_kind(nodes, FilterNode):
+        found += [each._outputs._imu, each._outputs._tilt]
+    return found
 
 
 def _sum(message: Any) -> float:

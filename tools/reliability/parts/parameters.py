@@ -10,11 +10,11 @@ from typing import Any
 
 from rclpy.parameter import Parameter
 
-from reliability.graph import Graph, callback_errors, opened_graph, resident_megabytes
-from reliability.parts.messages import GROWTH, subscribers
+from reliability.all_nodes import drivers, serial_line, subscribers
+from reliability.graph import callback_errors, error_lines, opened_graph, resident_megabytes
+from reliability.parts.messages import GROWTH
 from reliability.row import Effort, Row
-from twbr_estimation.nodes.encoder_node import EncoderNode
-from twbr_estimation.nodes.mpu6050_node import Mpu6050Node
+from twbr_estimation.nodes.memory import give_back
 
 CALLS = 100_000
 VALUES: tuple[Any, ...] = (
@@ -27,8 +27,8 @@ LEFT_ALONE = ("use_sim_time", "json_file", "calibration_file")
 
 def rows(effort: Effort) -> Iterator[Row]:
     """Set parameters of every node; what is refused must have changed nothing."""
-    with opened_graph() as graph:
-        nodes = [*subscribers(graph), *devices(graph)]
+    with opened_graph() as graph, serial_line() as (_, port):
+        nodes = [*subscribers(graph), *drivers(graph, port)]
         draw, memory = random.Random(effort.seed), 0.0
         counts: Counter[str] = Counter()
         count = effort.tries(CALLS)
@@ -36,8 +36,12 @@ def rows(effort: Effort) -> Iterator[Row]:
         for index in range(count):
             request(draw, draw.choice(nodes), names, counts)
             if 2 * index >= count and not memory:
+                give_back()
                 memory = resident_megabytes()
+        give_back()
         grown, failed = resident_megabytes() - memory, callback_errors(nodes)
+        for what, times in error_lines(nodes):
+            print(f"  {times} times: {what}", flush=True)
     seen = (
         f"{counts['accepted']} values accepted, {counts['refused']} refused; {failed} errors; "
         f"{counts['half applied']} half applied; {counts['without reason']} without a reason; "
@@ -52,15 +56,6 @@ def rows(effort: Effort) -> Iterator[Row]:
         seen,
         not wrong and grown < GROWTH,
     )
-
-
-def devices(graph: Graph) -> list[Any]:
-    """Return the drivers, simulated."""
-    made = [
-        Mpu6050Node(**graph.options(simulated=True, autostart=False)),
-        EncoderNode(**graph.options(simulated=True, autostart=False)),
-    ]
-    return [graph.add(node) for node in made]
 
 
 def _names(node: Any) -> list[str]:

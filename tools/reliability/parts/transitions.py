@@ -10,9 +10,9 @@ from typing import Any
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState
 
+from reliability.all_nodes import drivers, serial_line
 from reliability.graph import callback_errors, opened_graph, resident_megabytes
 from reliability.parts.messages import GROWTH
-from reliability.parts.parameters import devices
 from reliability.row import Effort, Row
 from twbr_estimation.nodes.controller_node import ControllerNode
 
@@ -27,9 +27,9 @@ DRAWN = (
 
 def rows(effort: Effort) -> Iterator[Row]:
     """Ask nodes with a lifecycle for anything; at the end they must work again."""
-    with opened_graph() as graph:
+    with opened_graph() as graph, serial_line() as (_, port):
         made = graph.add(ControllerNode(**graph.options(autostart=False, prepare_all=False)))
-        nodes, draw, memory = [*devices(graph), made], random.Random(effort.seed), 0.0
+        nodes, draw, memory = [*drivers(graph, port), made], random.Random(effort.seed), 0.0
         counts: Counter[str] = Counter()
         count = effort.tries(TRANSITIONS)
         for index in range(count):

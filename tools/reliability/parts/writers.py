@@ -1,73 +1,64 @@
-"""Writers that are killed.
+"""Writers that are killed, and disks that are full.
 
-Commands that rewrite their output are killed with SIGKILL at random instants. Each time the output
-has to be whole, the old one or the new one, and the next run leaves no temporary file.
+Everything that writes is killed with SIGKILL, half of the times between two calls of the system and
+half at random instants, from its first step of writing on. Then its disk is full at each stage:
+open, write, fsync, rename, close. Each time the output has to be whole, the old or the new.
 """
 
 from __future__ import annotations
 
-import json
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from reliability.killing import Command, Sound, emptied, killed
-from reliability.row import Effort, Row
-from twbr_estimation.bags.reading import read_recording
-from twbr_estimation.errors import TwbrError
-from twbr_estimation.many.reporting import PAGE
+from reliability.file_faults import library
+from reliability.row import Effort, Row, Skipped
+from reliability.writer_trials import tried
+from reliability.writers import writers
 
-ROOT = Path(__file__).resolve().parents[3]
-BAG = str(ROOT / "bags" / "training")
 KILLS = 200
-SECONDS = "2"
-FILTER = ("--filter", "complementary")
 
 
 def rows(effort: Effort) -> Iterator[Row]:
-    """Kill every writer."""
-    for name, (command, sound) in writers().items():
-        with TemporaryDirectory(prefix="twbr_killed_") as folder:
-            place = emptied(Path(folder) / "place")
-            counts = killed(command, sound, place, effort.tries(KILLS), effort.seed)
-        tries = counts["whole"] + counts["broken"]
-        seen = (
-            f"{counts['whole']} whole, {counts['broken']} broken; {counts['ended']} had ended; "
-            f"{counts['left over']} temporary files after the next run"
-        )
-        fine = counts["broken"] == counts["left over"] == 0
-        yield Row(name, tries, "old or new, no temporary file after the next run", seen, fine)
+    """Try every writer.
+
+    Raises:
+        Skipped: there is no C compiler.
+    """
+    with TemporaryDirectory(prefix="twbr_writers_") as made:
+        folder = Path(made).resolve()
+        built = library(folder)
+        if built is None:
+            raise Skipped("a C compiler is needed, to let writing fail at a chosen stage")
+        for number, name in enumerate(writers(folder / "inputs")):
+            place = folder / str(number)
+            place.mkdir()
+            found = tried(name, place, built, effort.tries(KILLS), effort.seed)
+            yield _of_kills(name, found)
+            yield _of_full_disks(name, found)
 
 
-def writers() -> dict[str, tuple[Command, Sound]]:
-    """Return the commands by name, with what looks at their output."""
-    simulate = ("simulate", "--world", "paper", "--dt", "0.01", "--duration", SECONDS)
-    return {
-        "simulate --overwrite": (
-            lambda to: (*simulate, "--seed", "1", "-o", str(to / "bag"), "--overwrite"),
-            lambda at: _is_recording(at / "bag"),
-        ),
-        "evaluate --json": (
-            lambda to: ("evaluate", BAG, *FILTER, "--json", str(to / "e.json")),
-            lambda at: _is_json(at / "e.json"),
-        ),
-        "report --overwrite": (
-            lambda to: ("report", BAG, *FILTER, "-o", str(to / "report"), "--overwrite"),
-            lambda at: (at / "report" / PAGE).read_text().rstrip().endswith("</html>"),
-        ),
-    }
+def _of_kills(name: str, found: Counter[str]) -> Row:
+    broken, left = found["broken"], found["left over"]
+    return Row(
+        f"SIGKILL to {name}",
+        found["kills"],
+        "old or new, no temporary file after the next run",
+        f"{broken} broken; {left} temporary files after the next run; {found['ended']} had ended",
+        broken == left == 0,
+    )
 
 
-def _is_recording(path: Path) -> bool:
-    try:
-        return read_recording(path).imu.stamps.size > 0
-    except TwbrError:
-        return False
-
-
-def _is_json(path: Path) -> bool:
-    try:
-        json.loads(path.read_text())
-    except (OSError, ValueError):
-        return False
-    return True
+def _of_full_disks(name: str, found: Counter[str]) -> Row:
+    wrong = [found[each] for each in ("broken on a full disk", "left at once", "bad message")]
+    broken, left, bad = wrong
+    without = f"; {found['went on']} did without" if found["went on"] else ""
+    return Row(
+        f"a full disk under {name}",
+        found["faults"],
+        "old or new, no temporary file, one message with path and space",
+        f"{broken} broken; {left} temporary files; {bad} other messages; {found['hung']} hung"
+        f"{without}",
+        sum(wrong) + found["hung"] == 0,
+    )
