@@ -79,6 +79,29 @@ def test_table_and_picture(still, driven, tmp_path, capsys) -> None:
     assert "--overwrite replaces it" in capsys.readouterr().err
 
 
+def test_a_picture_of_several_remembers_them_and_leaves_out_what_fails(
+    still, driven, tmp_path, capsys
+) -> None:
+    picture, table = tmp_path / "noise.png", tmp_path / "noise.jsonl"
+    short = simulate("paper", 0.005, 4.0, 54, "still").recording
+    write_recording(tmp_path / "short", replace(short, reference=None, truth=None))
+    bags = [str(still), str(driven), str(tmp_path / "short")]
+    command = ["noise", *bags, "--results", str(table), "--jobs", "2", "--overwrite"]
+    assert main([*command, "--plot", str(picture), "--json", str(tmp_path / "a.json")]) == 1
+    assert "nothing to analyse" in capsys.readouterr().err
+    rows = table.read_text().splitlines()
+    assert len(rows) == 3
+    first = picture.read_bytes()
+    assert first.startswith(b"\x89PNG")
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert [each["source"] for each in document["recordings"]] == bags[:2]
+    assert not any("curves" in each for each in document["recordings"])
+    assert main([*command, "--plot", str(picture)]) == 1
+    done = [json.loads(row) for row in table.read_text().splitlines()]
+    assert sum(row["result"] is not None for row in done) == 2  # not computed again
+    assert picture.read_bytes() == first
+
+
 def test_gaps_and_jitter_are_reported(still, tmp_path, capsys) -> None:
     recording = simulate("paper", 0.005, 30.0, 53, "still").recording
     imu, generator = recording.imu, np.random.default_rng(5)

@@ -16,10 +16,10 @@ from rich.table import Table
 
 from ..errors import ConfigurationError
 from ..many.jobs import WHOLE
-from ..many.noise_figures import NoiseFigures
+from ..many.noise_figures import CURVES, NoiseFigures
 from ..many.places import local_copy, recordings_at
 from ..many.series import Failure
-from ..noise import GYRO_UNIT, RecordingNoise, analyse, as_json
+from ..noise import GYRO_UNIT
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE
 from ..report.pictures import noise_picture
@@ -65,38 +65,33 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.config,
         arguments.preset,
         window,
+        curves=arguments.plot is not None,
     )
     console, failures = Console(stderr=arguments.json == "-"), list[Failure]()
-    drawn: list[RecordingNoise] = []
-    if arguments.plot is not None or is_single(arguments, places):
-        drawn = _analysed(places, job)
-        found = [as_json(noise) for noise in drawn]
+    if is_single(arguments, places):
+        found = [_analysed(places[0], job)]
     else:
         with carried_out(arguments, job, places) as done:
             results = [done.results(number) for number in range(len(places))]
         found = [dict(result[WHOLE]) for result in results if WHOLE in result]
         failures = done.failures()
+    drawn = [(figures["source"], figures.pop(CURVES, {})) for figures in found]
     for figures in found:
         _print_noise(console, figures)
     write_figures(arguments, {"recordings": found}, failures)
-    if arguments.plot is not None:
+    if arguments.plot is not None and drawn:
         noise_picture(drawn, arguments.plot)
         console.print(f"drawn: {escape(str(arguments.plot))}", highlight=False, soft_wrap=True)
     return print_failures(Console(stderr=True), failures)
 
 
-def _analysed(places: Sequence[str], job: NoiseFigures) -> list[RecordingNoise]:
-    """Analyse recordings in this process, with all that a picture of them needs."""
-    found = []
+def _analysed(place: str, job: NoiseFigures) -> dict[str, Any]:
+    """Analyse one recording in this process."""
     with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("analysing", total=len(places))
-        for place in places:
-            progress.update(task, description=f"analysing {escape(place)}")
-            with local_copy(place) as path:
-                drive = job.open(place, path)
-            found.append(analyse(drive, job.window))
-            progress.advance(task)
-    return found
+        progress.add_task(f"analysing {escape(place)}", total=None)
+        with local_copy(place) as path:
+            drive = job.open(place, path)
+        return dict(job.run(drive, WHOLE))
 
 
 def _print_noise(console: Console, document: Mapping[str, Any]) -> None:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from ..disk.writing import write_bytes
 from ..errors import ConfigurationError
-from ..noise import GYRO_UNIT, RecordingNoise
+from ..noise import GYRO_UNIT
+from ..noise.curves import ShownCurves
 from ..recording import FloatArray
 from .decimation import thinned
 from .palette import AXES, MOTION
@@ -56,80 +55,55 @@ def save(figure: Any, path: Path) -> None:
     write_bytes(path, content.getvalue())
 
 
-def noise_picture(found: Sequence[RecordingNoise], path: Path) -> None:
+class _Panel(NamedTuple):
+    """How the curves of one kind are drawn."""
+
+    across: str
+    up: str
+    colours: tuple[str, ...] = AXES
+    logarithmic: bool = True
+
+
+_PANELS = {
+    "angle": _Panel("frequency [Hz]", "power density [deg²/Hz]", (AXES[1], AXES[0], MOTION)),
+    "gyro": _Panel("frequency [Hz]", "power density at rest [(deg/s)²/Hz]"),
+    "allan": _Panel("averaging time [s]", f"Allan deviation [{GYRO_UNIT}]"),
+    "bias": _Panel("time [s]", f"bias minus its mean [{GYRO_UNIT}]", logarithmic=False),
+}
+
+
+def noise_picture(found: Sequence[tuple[str, ShownCurves]], path: Path) -> None:
     """Draw spectra, Allan deviations and bias, a row for each recording.
+
+    Args:
+        found: name and curves of each recording; one at least.
+        path: file to write.
 
     Raises:
         ConfigurationError: matplotlib is missing.
         WritingError: the file cannot be written.
     """
-    panels = [(noise, _panels(noise)) for noise in found]
-    widest = max(len(row) for _, row in panels)
+    widest = max(len(curves) for _, curves in found)
     figure, axes = canvas(len(found), widest, (5.5 * widest, 4.2 * len(found)))
-    for row, (noise, drawers) in zip(axes, panels, strict=True):
-        for cell in row[len(drawers) :]:
+    for row, (source, curves) in zip(axes, found, strict=True):
+        for cell in row[len(curves) :]:
             cell.set_axis_off()
-        for cell, draw in zip(row, drawers, strict=False):
-            draw(cell, noise)
-            cell.grid(True, which="major", alpha=0.3)
-            cell.legend(fontsize="small")
-        row[0].set_title(noise.source, loc="left", fontsize="small", parse_math=False)
+        for cell, (kind, lines) in zip(row, curves.items(), strict=False):
+            _draw_panel(cell, _PANELS[kind], lines)
+        row[0].set_title(source, loc="left", fontsize="small", parse_math=False)
     save(figure, path)
 
 
-Drawer = Callable[[Any, RecordingNoise], None]
-
-
-def _panels(noise: RecordingNoise) -> list[Drawer]:
-    panels: list[Drawer] = []
-    if noise.motion is not None:
-        panels.append(_draw_angle)
-    if noise.rest is not None:
-        panels += [_draw_gyro, _draw_allan, _draw_bias]
-    return panels
-
-
-def _draw_angle(axes: Any, noise: RecordingNoise) -> None:
-    motion = noise.motion
-    assert motion is not None
-    curves = [
-        ("raw angle error", motion.raw.spectrum, AXES[1]),
-        ("corrected angle error", motion.corrected.spectrum, AXES[0]),
-    ]
-    if motion.band_hz > 0.0:
-        curves.append(("tilt", motion.tilt, MOTION))
-    for label, entry, colour in curves:
-        axes.loglog(entry.frequency[1:], entry.density[1:], color=colour, label=label)
-    axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel("power density [deg²/Hz]")
-
-
-def _draw_gyro(axes: Any, noise: RecordingNoise) -> None:
-    assert noise.rest is not None
-    for axis, colour in zip("xyz", AXES, strict=True):
-        entry = noise.rest.gyro_spectra[axis]
-        axes.loglog(entry.frequency[1:], entry.density[1:], color=colour, label=f"gyro {axis}")
-    axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel("power density at rest [(deg/s)²/Hz]")
-
-
-def _draw_allan(axes: Any, noise: RecordingNoise) -> None:
-    assert noise.rest is not None
-    curves = [curve for curve in noise.rest.allan if curve.unit == GYRO_UNIT]
-    for curve, colour in zip(curves, AXES, strict=True):
-        axes.loglog(curve.time, curve.deviation, color=colour, label=curve.axis)
-    axes.set_xlabel("averaging time [s]")
-    axes.set_ylabel(f"Allan deviation [{GYRO_UNIT}]")
-
-
-def _draw_bias(axes: Any, noise: RecordingNoise) -> None:
-    assert noise.rest is not None
-    drift = noise.rest.gyro_drift
-    for index, (axis, colour) in enumerate(zip("xyz", AXES, strict=True)):
-        moved = drift.means[:, index] - np.mean(drift.means[:, index])
-        axes.plot(drift.times, moved, color=colour, marker=".", label=f"gyro {axis}")
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"bias minus its mean [{GYRO_UNIT}]")
+def _draw_panel(axes: Any, panel: _Panel, lines: Mapping[str, Sequence[Sequence[float]]]) -> None:
+    for (label, (x, y)), colour in zip(lines.items(), panel.colours, strict=False):
+        if panel.logarithmic:
+            axes.loglog(x, y, color=colour, label=label)
+        else:
+            axes.plot(x, y, color=colour, marker=".", label=label)
+    axes.set_xlabel(panel.across)
+    axes.set_ylabel(panel.up)
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend(fontsize="small")
 
 
 def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
