@@ -9,7 +9,7 @@ import pytest
 
 from twbr_estimation.filters.base import filters
 from twbr_estimation.live_code.checking import corrected_samples, raw_samples
-from twbr_estimation.live_code.layout import Layout, LayoutError, PlainRow, numbers_of
+from twbr_estimation.live_code.layout import Layout, LayoutError, PlainRow, form_of, numbers_of
 from twbr_estimation.live_code.steps import (
     correction_layouts,
     correction_step,
@@ -44,6 +44,20 @@ def test_what_is_written_comes_back() -> None:
     np.testing.assert_array_equal(back.matrix, record.matrix)
     row[:] = 0.0
     assert back.matrix[1, 2] == 5.0  # a copy: the row is overwritten by the next step
+
+
+def test_records_of_one_form_have_one_layout_and_others_another() -> None:
+    usual = Outer(1.5, Inner(True, (2.5, 7)), np.zeros((2, 3)))
+    assert form_of(usual) == form_of(Outer(0.0, Inner(False, (0.0, 1)), np.ones((2, 3))))
+    others = (
+        usual._replace(first=1),
+        usual._replace(first=True),
+        usual._replace(inner=(True, (2.5, 7))),
+        usual._replace(inner=Inner(True, (2.5, 7.0))),
+        usual._replace(matrix=np.zeros((3, 2))),
+        usual._replace(matrix=np.zeros((2, 3), np.float32)),
+    )
+    assert len({form_of(each) for each in (usual, *others)}) == 7
 
 
 @pytest.mark.parametrize("foreign", ["text", None, np.arange(3)])

@@ -77,3 +77,20 @@ def test_other_settings_correct_again(task: TuningTask) -> None:
     back = changed.corrected_with(ready.setup.correction)
     assert np.array_equal(back.corrected.columns, ready.corrected.columns)
     assert ready.has_wheels
+
+
+def test_a_reference_with_a_gap_is_compared_outside_of_it() -> None:
+    recording = simulate("paper", 0.01, 20.0, 31).recording
+    reference = recording.reference
+    assert reference is not None
+    whole = prepare(Drive(recording))
+    assert isinstance(whole.known, slice)
+    kept = (reference.stamps < reference.stamps[0] + 8e9) | (
+        reference.stamps > reference.stamps[0] + 12e9
+    )
+    parts = replace(reference, stamps=reference.stamps[kept], tilt=reference.tilt[kept], rate=None)
+    broken = prepare(Drive(replace(recording, reference=parts)))
+    tilt = broken.corrected.field("angle")
+    error = broken.errors(tilt[broken.known])
+    assert 1500 < error.size < 1700
+    assert set(error) <= set(whole.errors(tilt[whole.known]))

@@ -16,7 +16,8 @@ SOURCES = (
     "pipeline/*.py",
     "plants/*.py",
     "filters/**/*.py",
-    "batch/*.py",
+    "batch/kernels.py",
+    "batch/loops.py",
     "live_code/layout.py",
 )
 """What the compiled loops are made of."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..filters.base import Filter
 from ..live_code import files
-from ..live_code.layout import Layout, PlainRow, numbers_of
+from ..live_code.layout import Form, Layout, PlainRow, form_of, numbers_of
 from ..live_code.loading import Function, function_of, processor
 from ..pipeline import correction
 from ..recording import FloatArray
@@ -138,14 +138,18 @@ def loop_of_filter(
 
 
 def _loop(entry: Filter | None, coefficients: Any, state: Any) -> CompiledLoop:
-    layouts = LoopLayouts(Layout(coefficients), Layout(state))
-    key = entry, layouts.key
-    if key not in _loops:
-        _loops[key] = CompiledLoop(entry, layouts)
-    return _loops[key]
+    form = entry, form_of(coefficients), form_of(state)
+    if form not in _by_form:  # layouts take longer to make than simple filters to run
+        layouts = LoopLayouts(Layout(coefficients), Layout(state))
+        key = entry, layouts.key
+        if key not in _loops:
+            _loops[key] = CompiledLoop(entry, layouts)
+        _by_form[form] = _loops[key]
+    return _by_form[form]
 
 
 _loops: dict[tuple[Filter | None, str], CompiledLoop] = {}
+_by_form: dict[tuple[Filter | None, Form, Form], CompiledLoop] = {}
 
 
 @lru_cache

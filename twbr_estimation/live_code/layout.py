@@ -10,6 +10,9 @@ import numpy as np
 
 from ..errors import TwbrError
 
+Form = object
+"""Types in a record, and the shapes of its arrays; it can be hashed."""
+
 
 class LayoutError(TwbrError):
     """A record holds something else than numbers, tuples and arrays of doubles."""
@@ -105,6 +108,15 @@ class Layout:
     def pack(self, record: Any, memory: Any) -> None:
         """Write a record into memory, as `writer` does into an array."""
         self._pack(memory, 0, *numbers_of(record))
+
+
+def form_of(record: Any) -> Form:
+    """Return what the layout of a record depends on: equal for records of one layout."""
+    if isinstance(record, tuple):
+        return type(record), tuple(map(form_of, record))
+    if isinstance(record, np.ndarray):
+        return record.dtype, record.shape
+    return type(record)
 
 
 def numbers_of(record: Any) -> Sequence[float]:

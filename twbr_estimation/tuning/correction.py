@@ -89,7 +89,7 @@ def corrected_mse(sets: Sequence[TuningSet], settings: CorrectionSettings) -> fl
     figures = []
     for each in sets:
         angle = correct(each.samples, replace(each.setup, correction=settings)).field("angle")
-        figures.append(float(np.mean(np.square(np.degrees(each.errors(angle))))))
+        figures.append(float(np.mean(np.square(np.degrees(each.errors(angle[each.known]))))))
     return float(np.mean(figures))
 
 

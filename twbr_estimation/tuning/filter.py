@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -82,13 +83,20 @@ def tune_filter(task: TuningTask, name: str, progress: Progress = no_progress) -
     starts = [defaults, *({**defaults, **_only(s, parameters)} for s in task.starts.get(name, ()))]
     figure = _figure(entry, task)
     found = search(parameters, figure, starts, task.seed, progress, task.thorough)
-    return judged(task, name, found.values)
+    return judged(task, name, found.values, figure=figure)
 
 
 def judged(
-    task: TuningTask, name: str, values: Mapping[str, float], interrupted: bool = False
+    task: TuningTask,
+    name: str,
+    values: Mapping[str, float],
+    interrupted: bool = False,
+    figure: Figure | None = None,
 ) -> TunedFilter:
-    """Return the figures and warnings of a filter with the values that a search found."""
+    """Return the figures and warnings of a filter with the values that a search found.
+
+    `figure`, where given, is what the search made small; it remembers.
+    """
     entry = filter_named(name)
     values = entry.configure(values)._asdict()
     training = mean_square_error(entry, values, task.training)
@@ -100,7 +108,7 @@ def judged(
         training,
         verified,
         error_moduli(entry, values, dt),
-        warnings_for(entry, values, dt, training, verified, _figure(entry, task)),
+        warnings_for(entry, values, dt, training, verified, figure or _figure(entry, task)),
         interrupted,
     )
 
@@ -109,36 +117,36 @@ def mean_square_error(
     entry: Filter, values: Mapping[str, float], sets: Sequence[TuningSet]
 ) -> float:
     """Return the MSE of a filter, averaged over recordings [deg^2]."""
-    return _mean_figure(entry, values, sets, Objective())
+    return _mean_figure(entry, entry.configure(values), sets, Objective())
 
 
 def _figure(entry: Filter, task: TuningTask) -> Figure:
-    def figure(values: Mapping[str, float]) -> float:
-        if not _forgets(entry, values, task.training[0].dt):
+    @cache
+    def figure_of(parameters: Any) -> float:  # searches come back to the best, and warnings do
+        if not _forgets(entry, parameters, task.training[0].dt):
             return math.inf
-        return _mean_figure(entry, values, task.training, task.objective)
+        return _mean_figure(entry, parameters, task.training, task.objective)
 
-    return figure
+    return lambda values: figure_of(entry.configure(values))
 
 
-def _forgets(entry: Filter, values: Mapping[str, float], dt: float) -> bool:
+def _forgets(entry: Filter, parameters: Any, dt: float) -> bool:
     """Return whether a tilt error dies out by the error dynamics A - KCA of (25)."""
     if entry.matrices is None:
         return True
-    a, _, c, k = entry.matrices(entry.configure(values), dt)
+    a, _, c, k = entry.matrices(parameters, dt)
     with np.errstate(over="ignore", invalid="ignore"):
         later = np.linalg.matrix_power(a - k @ c @ a, round(FORGET_WITHIN / dt))
     return bool(abs(later[0, 0]) < math.exp(-1.0))
 
 
 def _mean_figure(
-    entry: Filter, values: Mapping[str, float], sets: Sequence[TuningSet], objective: Objective
+    entry: Filter, parameters: Any, sets: Sequence[TuningSet], objective: Objective
 ) -> float:
-    parameters = entry.configure(values)
     figures = []
     for each in sets:
-        tilt = run_filter(entry, parameters, each.corrected, each.setup.robot).tilt
-        figures.append(objective.value(each.errors(tilt), tilt[each.known], each.slope, each.dt))
+        tilt = run_filter(entry, parameters, each.corrected, each.setup.robot).tilt[each.known]
+        figures.append(objective.value(each.errors(tilt), tilt, each.slope, each.dt))
     return float(np.mean(figures))
 
 

@@ -92,9 +92,9 @@ class TuningSet:
     samples: SampleTrack
     corrected: CorrectedTrack
     reference: FloatArray
-    """Reference at the stamps of the samples [rad], (n,); 0 where there is none."""
-    known: NDArray[np.bool_]
-    """True where there is a reference, (n,)."""
+    """Reference at the stamps of the samples that have one [rad], (k,)."""
+    known: slice | NDArray[np.bool_]
+    """Index of the samples that have one: a slice where they follow each other."""
     slope: FloatArray
     """The reference's rate where it is known [rad/s], (k,)."""
     saturated: float
@@ -111,8 +111,12 @@ class TuningSet:
         return replace(self, setup=setup, corrected=correct(self.samples, setup))
 
     def errors(self, tilt: FloatArray) -> FloatArray:
-        """Return estimate minus reference where it is known [rad], (k,)."""
-        return wrapped((tilt - self.reference)[self.known])
+        """Return estimate minus reference [rad], (k,).
+
+        Args:
+            tilt: the estimate at the samples that have a reference [rad], (k,).
+        """
+        return wrapped(tilt - self.reference)
 
 
 def prepare(drive: Drive) -> TuningSet:
@@ -137,11 +141,18 @@ def prepare(drive: Drive) -> TuningSet:
         setup=drive.setup,
         samples=samples,
         corrected=drive.corrected_samples,
-        reference=np.where(known, reference, 0.0),
-        known=known,
+        reference=reference[known],
+        known=_index_of(known),
         slope=_slope(association, samples.stamps[known]),
         saturated=_saturated(drive.corrected_samples),
     )
+
+
+def _index_of(known: NDArray[np.bool_]) -> slice | NDArray[np.bool_]:
+    """Return what picks the same elements, without copying them where they follow each other."""
+    places = np.flatnonzero(known)
+    following = slice(int(places[0]), int(places[-1]) + 1)
+    return following if bool(known[following].all()) else known
 
 
 def _slope(association: Association, stamps: StampArray) -> FloatArray:

@@ -70,20 +70,25 @@ def saturation_warnings(sets: Sequence[TuningSet]) -> tuple[str, ...]:
 def _undetermined(entry: Filter, values: Mapping[str, float], figure: Figure) -> list[str]:
     """Return the tuned parameters that may be halved and doubled at no price."""
     usual = figure(values)
-    flat = []
-    for name in tunable(entry):
-        if values[name] == 0.0:
+    return [
+        name
+        for name in tunable(entry)
+        if values[name] != 0.0 and _is_flat(name, values, figure, usual)
+    ]
+
+
+def _is_flat(name: str, values: Mapping[str, float], figure: Figure, usual: float) -> bool:
+    """Return whether halving and doubling a value, where allowed, leaves the figure as it is."""
+    allowed = False
+    for factor in (0.5, 2.0):
+        try:
+            changed = figure({**values, name: factor * values[name]})
+        except ConfigurationError:  # beyond the bounds there is nothing to learn
             continue
-        changes = []
-        for factor in (0.5, 2.0):
-            try:
-                changed = figure({**values, name: factor * values[name]})
-            except ConfigurationError:  # beyond the bounds there is nothing to learn
-                continue
-            changes.append(abs(changed - usual))
-        if changes and max(changes) < _INSENSITIVE * usual:
-            flat.append(name)
-    return flat
+        if not abs(changed - usual) < _INSENSITIVE * usual:
+            return False
+        allowed = True
+    return allowed
 
 
 def _scales(entry: Filter, values: Mapping[str, float], figure: Figure) -> list[str]:
