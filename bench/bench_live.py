@@ -26,9 +26,14 @@ except ImportError:
     print("live system: no ROS 2 here, so there is nothing to measure")
     sys.exit(0)
 
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rows import row
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
+from twbr_estimation.live_code.loading import loaded
+from twbr_estimation.live_code.steps import CORRECTION
 from twbr_estimation.nodes.spin import make_executor
 from twbr_estimation.streams.messages import ImuEncoder, JointStateEncoder
 
@@ -46,7 +51,14 @@ for topic in ("tilt", "imu/data", "tilt/compare"):
     QOS += ["-p", f"qos_overrides./{topic}.publisher.depth:={DEPTH}"]
 OURS = ["--ros-args", "-p", "drivers:=false", *QOS]
 ALL_FILTERS = [*OURS, "-p", "compare:=[all]"]
+INTERPRETED = [*OURS, "-p", "machine_code:=false"]
+ALONE, BESIDE = "correction + filter", "  all filters beside it"
+REQUIRED = {500.0: "1 / 1.1 / 1", 1000.0: "1 / 1.2 / 1"}
+"""Of correction and filter in one process: p50, p99 and CPU over those of the bare relay."""
+LONGEST_WAIT = 1000.0
+"""Required of the latest sample while a parameter is set [us]."""
 WARM_UP = 0.3
+PREPARED = (CORRECTION, "ins_odometer")
 
 
 def quiet_domain() -> int:
@@ -191,9 +203,11 @@ def compare_running(probe: Probe, rounds: int, duration: float) -> None:
     subjects = (
         ("bare relay", "relay", []),
         ("bare relay, raw bytes", "raw_relay", []),
-        ("correction + filter", "ours", OURS),
-        ("  all filters beside it", "ours", ALL_FILTERS),
+        (ALONE, "ours", OURS),
+        ("  the same interpreted", "ours", INTERPRETED),
+        (BESIDE, "ours", ALL_FILTERS),
     )
+    print(f"machine code of {CORRECTION}, ins_odometer: {', '.join(map(prepared, PREPARED))}")
     print(
         f"{'':24}{'p50 us':>9}{'ratio':>7}{'p99 us':>9}{'ratio':>7}{'CPU us':>8}{'ratio':>7}  lost"
     )
@@ -204,6 +218,13 @@ def compare_running(probe: Probe, rounds: int, duration: float) -> None:
                 found[label].append(measure(probe, name, arguments, rate, duration))
         print(f"{rate:.0f} Hz")
         base = np.nanmedian(np.array(found["bare relay"]), axis=0)
+        ratios = {
+            label: np.nanmedian(np.array(figures), axis=0)[:3] / base[:3]
+            for label, figures in found.items()
+        }
+        shown = " / ".join(f"{ratio:.2f}" for ratio in ratios[ALONE])
+        row(f"correction + filter at {rate:.0f} Hz: p50 / p99 / CPU", shown, REQUIRED[rate])
+        row(f"all filters beside it at {rate:.0f} Hz: CPU", f"{ratios[BESIDE][2]:.2f}", "1.5")
         for label, figures in found.items():
             p50, p99, cpu, *_ = np.nanmedian(np.array(figures), axis=0)
             lost = sum(each.lost for each in figures)
@@ -211,6 +232,43 @@ def compare_running(probe: Probe, rounds: int, duration: float) -> None:
                 f"{label:24}{p50:9.0f}{p50 / base[0]:7.2f}{p99:9.0f}{p99 / base[1]:7.2f}"
                 f"{cpu:8.0f}{cpu / base[2]:7.2f}{lost:6d}"
             )
+
+
+def prepared(name: str) -> str:
+    """Return whether nodes find machine code for a step, made of the present sources."""
+    return "prepared" if loaded(name) else "not prepared"
+
+
+def set_parameter(probe: Probe) -> None:
+    """Print how late samples come at 1 kHz while a parameter is set, ten times, and while not."""
+    client = probe.node.create_client(SetParameters, "/filter_node/set_parameters")
+    subject = Subject("ours", OURS)
+    answers: list[Any] = []
+
+    def change() -> None:
+        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=0.02)
+        request = SetParameters.Request(parameters=[Parameter(name="tilt_stddev", value=value)])
+        answers.append(client.call_async(request))
+
+    try:
+        probe.shake_hands()
+        probe.spin_until(client.service_is_ready)
+        found: dict[bool, list[float]] = {True: [], False: []}
+        for setting in (False, True) * 10:
+            probe.heard.clear()
+            sent = probe.drive(1000.0, 0.2, change if setting else lambda: None)
+            probe.spin_until(lambda count=sent.size: len(probe.heard) >= count, 3.0)
+            if len(probe.heard) == sent.size:
+                found[setting].append(float(np.max(np.array(probe.heard) - sent)) * 1e-3)
+    finally:
+        subject.stop()
+    done = sum(each.done() and each.result().results[0].successful for each in answers)
+    usual, meanwhile = (float(np.median(found[each])) for each in (False, True))
+    row(
+        f"latest of 200 samples at 1 kHz while a parameter is set (median of {done})",
+        f"{meanwhile:.0f} us, {usual:.0f} us while none is",
+        f"{LONGEST_WAIT:g} us",
+    )
 
 
 def compare_starts(rounds: int) -> None:
@@ -223,12 +281,14 @@ def compare_starts(rounds: int) -> None:
             figures.append((subject.start, subject.start_cpu, subject.memory()))
             subject.stop()
     empty, ours = (np.median(np.array(found[name]), axis=0) for name in found)
-    rows = (("start", "s", 1.0), ("CPU time of the start", "s", 1.0), ("memory", "MB", 1.0 / 1024))
-    for (what, unit, scale), bare, node in zip(rows, empty, ours, strict=True):
+    units = (("start", "s", 1.0), ("CPU time of the start", "s", 1.0), ("memory", "MB", 1 / 1024))
+    for (what, unit, scale), bare, node in zip(units, empty, ours, strict=True):
         print(
             f"{what}: empty node {scale * bare:.3g} {unit}, filter_node {scale * node:.3g} {unit}, "
             f"ratio {node / bare:.2f}"
         )
+    shown = " / ".join(f"{each:.2f}" for each in (ours / empty)[:2])
+    row("start of filter_node over an empty node: clock / CPU", shown, "1.2 / 1.3")
 
 
 def endure(probe: Probe, rate: float, duration: float) -> None:
@@ -246,7 +306,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=3, help="turns of each subject")
     parser.add_argument("--duration", type=float, default=4.0, help="of one turn [s]")
-    parser.add_argument("--only", choices=["running", "starts", "endurance"])
+    parser.add_argument("--only", choices=["running", "starts", "parameters", "endurance"])
     parser.add_argument("--long", action="store_true", help="also 10 minutes at 500 Hz")
     chosen: Any = parser.parse_args(arguments)
     os.environ["ROS_DOMAIN_ID"] = str(quiet_domain())
@@ -257,6 +317,8 @@ def main(arguments: list[str] | None = None) -> int:
     probe = Probe()
     if chosen.only in (None, "running"):
         compare_running(probe, chosen.rounds, chosen.duration)
+    if chosen.only in (None, "parameters"):
+        set_parameter(probe)
     if chosen.only in (None, "endurance"):
         endure(probe, 1000.0, 60.0)
     if chosen.long:
