@@ -134,7 +134,7 @@ def boot(build: Path, modules: Path, tests: str, memory: str) -> int:
     }
     command = [str(build / "linux"), f"mem={memory}", "root=/dev/root", "rootfstype=hostfs"]
     command += ["rootflags=/", "ro", "quiet", *CONSOLE, f"init={RIG / 'init'}"]
-    command += [f"{name}={value}" for name, value in given.items()]
+    command += [f'{name}="{value}"' for name, value in given.items()]  # values may hold spaces
     print("+", *command, flush=True)
     status = None
     with subprocess.Popen(
