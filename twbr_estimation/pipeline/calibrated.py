@@ -12,7 +12,8 @@ def _scaled(
 ) -> float:
     """Remove bias and scale error, Laddach 2022 (11), (12), with a clamped argument."""
     unbiased = reading - bias
-    argument = min(max(unbiased, limits[0]), limits[1])
+    least, most = limits
+    argument = least if unbiased < least else most if unbiased > most else unbiased
     error = 0.0
     for coefficient in polynomial:
         error = (error + coefficient) * argument
@@ -21,30 +22,31 @@ def _scaled(
 
 def _to_body(r: Rotation, x: float, y: float, z: float) -> Vector:
     """Turn a vector of sensor axes into body axes."""
-    return (
-        r[0] * x + r[1] * y + r[2] * z,
-        r[3] * x + r[4] * y + r[5] * z,
-        r[6] * x + r[7] * y + r[8] * z,
-    )
+    a, b, c, d, e, f, g, h, i = r
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def calibrated_rate(sample: Sample, c: Coefficients) -> Vector:
     """Return the calibrated rate in body axes (8) [rad/s]."""
+    (bias_x, bias_y, bias_z), (scale_x, scale_y, scale_z) = c.gyro_bias, c.gyro_scale
     return _to_body(
         c.rotation,
-        (sample.gyro_x - c.gyro_bias[0]) * c.gyro_scale[0],
-        (sample.gyro_y - c.gyro_bias[1]) * c.gyro_scale[1],
-        (sample.gyro_z - c.gyro_bias[2]) * c.gyro_scale[2],
+        (sample.gyro_x - bias_x) * scale_x,
+        (sample.gyro_y - bias_y) * scale_y,
+        (sample.gyro_z - bias_z) * scale_z,
     )
 
 
 def calibrated_force(sample: Sample, c: Coefficients) -> Vector:
     """Return the calibrated specific force in body axes (11), (12) [m/s^2]."""
+    bias_x, bias_y, bias_z = c.accel_bias
+    limits_x, limits_y, limits_z = c.accel_limits
+    polynomial_x, polynomial_y, polynomial_z = c.polynomials
     return _to_body(
         c.rotation,
-        _scaled(sample.accel_x, c.accel_bias[0], c.accel_limits[0], c.polynomials[0]),
-        _scaled(sample.accel_y, c.accel_bias[1], c.accel_limits[1], c.polynomials[1]),
-        _scaled(sample.accel_z, c.accel_bias[2], c.accel_limits[2], c.polynomials[2]),
+        _scaled(sample.accel_x, bias_x, limits_x, polynomial_x),
+        _scaled(sample.accel_y, bias_y, limits_y, polynomial_y),
+        _scaled(sample.accel_z, bias_z, limits_z, polynomial_z),
     )
 
 
@@ -68,11 +70,12 @@ def doubt(
         mark: Variance that separates the two in a message.
         r: Rotation from sensor to body axes.
     """
-    if -limit < reading[0] < limit and -limit < reading[1] < limit and -limit < reading[2] < limit:
+    along_x, along_y, along_z = reading
+    if -limit < along_x < limit and -limit < along_y < limit and -limit < along_z < limit:
         return unsaturated, (0.0, 0.0, 0.0)
-    full_x = flag(abs(reading[0]), limit)
-    full_y = flag(abs(reading[1]), limit)
-    full_z = flag(abs(reading[2]), limit)
+    full_x = flag(abs(along_x), limit)
+    full_y = flag(abs(along_y), limit)
+    full_z = flag(abs(along_z), limit)
     x, y, z = spread(r, full_x, full_y, full_z)
     flags = flag(x, SATURATED_WEIGHT), flag(y, SATURATED_WEIGHT), flag(z, SATURATED_WEIGHT)
     x, y, z = spread(

@@ -156,30 +156,29 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
         The next state and the sample in body axes with the corrected angle.
     """
     gyro, accel = calibrated_rate(sample, c), calibrated_force(sample, c)
-    pitch_rate = gyro[1]
-    rate = (pitch_rate * sample.dt + state.rate * c.rate_time_constant) / (
-        sample.dt + c.rate_time_constant
-    )  # (16)
-    turn = (rate - state.rate) / sample.dt * c.euler  # (17)
+    dt, pitch_rate, constant = sample.dt, gyro[1], c.rate_time_constant
+    rate = (pitch_rate * dt + state.rate * constant) / (dt + constant)  # (16)
+    turn = (rate - state.rate) / dt * c.euler  # (17)
     spin = pitch_rate * pitch_rate * c.centrifugal
-    euler = turn * c.lever_up - spin * c.lever_forward  # (15)
-    centrifugal = spin * c.lever_up + turn * c.lever_forward  # (14)
+    arm_up, arm_forward = c.lever_up, c.lever_forward
+    euler = turn * arm_up - spin * arm_forward  # (15)
+    centrifugal = spin * arm_up + turn * arm_forward  # (14)
     velocity, known = _wheel_velocity(state, sample, pitch_rate, c)
     forward = 0.0
     if known == _WHEEL_VELOCITY and state.wheel_known == _WHEEL_VELOCITY:
-        forward = (velocity - state.velocity) / sample.dt * c.wheel  # (20)
+        forward = (velocity - state.velocity) / dt * c.wheel  # (20)
     back = -accel[0] + euler + forward * math.cos(state.angle)  # (21), numerator of (13)
     up = accel[2] + centrifugal - forward * math.sin(state.angle)
     roll_rate, yaw_rate = 0.0, 0.0
     if _turns(sample, c):
         roll, yaw = _turning(state, sample, gyro, c)
-        share, settled = sample.dt / (sample.dt + c.rate_time_constant), c.euler
+        share, settled = dt / (dt + constant), c.euler
         roll_rate, yaw_rate = state.roll_rate, state.yaw_rate
         if state.wheel_known == _NO_WHEEL:  # the second encoder comes in: no past to differ from
             roll_rate, yaw_rate, settled = roll, yaw, 0.0
         roll_change, yaw_change = share * (roll - roll_rate), share * (yaw - yaw_rate)
         roll_rate, yaw_rate = roll_rate + roll_change, yaw_rate + yaw_change  # (16)
-        roll_turn, yaw_turn = settled * roll_change / sample.dt, settled * yaw_change / sample.dt
+        roll_turn, yaw_turn = settled * roll_change / dt, settled * yaw_change / dt
         forward_turn, up_turn = turning_acceleration(roll, pitch_rate, yaw, roll_turn, yaw_turn, c)
         back += forward_turn
         up -= up_turn

@@ -116,10 +116,12 @@ class CorrectionStream(GuardedPairing):
         self._restarted = True
 
     def _completed(self, paired: list[tuple[int, Sample]]) -> StampedSamples:
-        combined = (
-            (stamp, self._oversampler.add(self._correct(stamp, sample))) for stamp, sample in paired
-        )
-        return [(stamp, sample) for stamp, sample in combined if sample is not None]
+        ready: StampedSamples = []
+        for stamp, sample in paired:
+            combined = self._oversampler.add(self._correct(stamp, sample))
+            if combined is not None:
+                ready.append((stamp, combined))
+        return ready
 
     def _correct(self, stamp: int, sample: Sample) -> CorrectedSample:
         if self._checks is not None:
