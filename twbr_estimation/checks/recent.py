@@ -36,7 +36,7 @@ class RecentChecks:
         self.setup = setup
         self._window = round(seconds * 1e9)
         self._rows = np.empty((size, _FIELDS))
-        self._memory = memoryview(self._rows).cast("B")
+        self._memory = self._rows.data.cast("B")
         """Memory of the rows: numpy takes three times as long to take a tuple."""
         self._stamps = np.empty(size, dtype=np.int64)
         self._reference_stamps = np.empty(size, dtype=np.int64)
