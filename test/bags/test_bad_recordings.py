@@ -178,10 +178,27 @@ def test_a_damaged_chunk_is_left_out_and_counted(
     assert repairs_of(got, "chunk") == 1 and repairs_of(got, "gaps") == 1
 
 
-def test_a_truncated_database_is_refused(tmp_path: Path, small_recording: Make) -> None:
+@pytest.mark.parametrize("percent", [50, 90, 99])
+def test_a_truncated_database_is_read_up_to_there(
+    tmp_path: Path, small_recording: Make, percent: int
+) -> None:
+    """SQLite itself refuses a file that is shorter than its header says."""
+    path = database(tmp_path, small_recording)
+    whole, content = read_recording(path).imu, path.read_bytes()
+    (tmp_path / "cut.db3").write_bytes(content[: len(content) * percent // 100])
+    got = read_recording(tmp_path / "cut.db3")
+    count = got.imu.stamps.size
+    assert 10 * (percent - 5) <= count < 1000
+    np.testing.assert_array_equal(got.imu.gyro, whole.gyro[:count])
+    assert repairs_of(got, "file is cut off; read up to there; .recover") == 1
+
+
+def test_a_database_cut_off_at_its_beginning_is_refused(
+    tmp_path: Path, small_recording: Make
+) -> None:
     content = database(tmp_path, small_recording).read_bytes()
-    (tmp_path / "cut.db3").write_bytes(content[: len(content) // 2])
-    with pytest.raises(RecordingError, match=r"cut\.db3"):
+    (tmp_path / "cut.db3").write_bytes(content[: len(content) // 40])
+    with pytest.raises(RecordingError, match=r"cut\.db3.*cut off"):
         read_recording(tmp_path / "cut.db3")
 
 

@@ -79,3 +79,11 @@ def test_velocities_alone_are_integrated_and_said(tmp_path: Path) -> None:
 def test_wheel_joints_are_one_or_two_names(joints: tuple[str, ...]) -> None:
     with pytest.raises(ConfigurationError, match=r"topics\.wheel_joints"):
         TopicNames(wheel_joints=joints)
+
+
+def test_wheels_that_are_no_numbers_are_named(tmp_path: Path) -> None:
+    names = ("left_wheel_joint", "right_wheel_joint")
+    path = write(tmp_path / "bag", [(names, [np.nan, np.nan], [])] * 5)
+    with pytest.raises(RecordingError, match=r"left_wheel_joint.*no numbers in every message"):
+        read_recording(path)
+    assert read_recording(path, TopicNames(joint_states="")).wheels is None

@@ -3,6 +3,7 @@
 Messages are first put into the order in which they were recorded: by the bag's times, or, where
 their own stamps rise better so (the recorder's clock was set back), as they lie in the file. Then
 * stamps of zero are dropped, except a first one that the next follows within a second;
+* where two senders alternate, each with a clock of its own, the messages of one are kept;
 * a lone stamp more than a second off both neighbours is dropped;
 * of messages equal in stamp and content the first is kept;
 * where stamps jump back (a looped bag, a clock that was set) the longest stretch between such
@@ -32,6 +33,9 @@ JUMP = 1_000_000_000
 GAP_PERIODS = 5.0
 """Median sampling periods that make a gap."""
 
+ALTERNATING = 0.1
+"""Share of backward jumps among the messages from which on two senders alternate."""
+
 REPEATED = "messages with a repeated stamp dropped"
 _SHORTEST_PASS = 5  # messages; fewer are late ones
 
@@ -54,7 +58,7 @@ class Cleaner:
         """Return the repaired messages; the `required` columns are finite.
 
         Raises:
-            RecordingError: every stamp is zero.
+            RecordingError: every stamp is zero, or the same.
         """
         columns = _in_recorded_order(columns)
         finite = np.all(np.isfinite(columns.values[:, required]), axis=1)
@@ -65,6 +69,7 @@ class Cleaner:
         columns = self.keep(columns, possible, "messages with an impossible stamp dropped")
         columns = self._one_frame(columns)
         columns = self._stamped(columns)
+        columns = self._one_clock(columns)
         columns = self._one_pass(columns)
         columns = self._sorted(columns)
         self._count_gaps(columns)
@@ -94,6 +99,11 @@ class Cleaner:
 
     def _stamped(self, columns: Columns) -> Columns:
         zero = columns.stamps == 0
+        if columns.stamps.size > 2 and not zero.any() and not np.ptp(columns.stamps):
+            raise RecordingError(
+                f"{self.topic}: the header stamps of all {zero.size} messages are equal; "
+                "`topics.stamps`: arrival takes the time of recording"
+            )
         if not zero.any():
             return columns
         if zero.size > 1 and zero.all():
@@ -104,6 +114,21 @@ class Cleaner:
         if zero[0] and not zero[1:].any() and columns.stamps[1:2].sum() <= JUMP:
             return columns
         return self.keep(columns, ~zero, "messages with stamp 0 dropped")
+
+    def _one_clock(self, columns: Columns) -> Columns:
+        """Keep the messages of one of several senders that alternate with clocks of their own."""
+        falls = np.count_nonzero(np.diff(columns.stamps) < -JUMP)
+        if falls < _SHORTEST_PASS or falls < ALTERNATING * columns.stamps.size:
+            return columns
+        ahead = columns.stamps - columns.bag_times
+        # Of equally many, those whose clock is nearest to the recorder's.
+        usual = min(
+            Counter((ahead // JUMP).tolist()).items(), key=lambda each: (-each[1], abs(each[0]))
+        )
+        near = np.abs(ahead - (usual[0] * JUMP + JUMP // 2)) <= 2 * JUMP
+        return self.keep(
+            columns, near, "messages of another sender, with a clock of its own, dropped"
+        )
 
     def _one_pass(self, columns: Columns) -> Columns:
         columns = self.keep(columns, ~_lone(columns.stamps), "messages with a stray stamp dropped")

@@ -299,7 +299,9 @@ class _Reader:
             if last < stamps[0] or first > stamps[-1]:
                 raise RecordingError(
                     f"{self.path}: {topic} ({first} to {last} ns) and {self.names.imu} "
-                    f"({stamps[0]} to {stamps[-1]} ns) do not overlap in time"
+                    f"({stamps[0]} to {stamps[-1]} ns) do not overlap in time; `topics.stamps`: "
+                    "device relates the clock of a sender to the recorder's, arrival takes the "
+                    f"time of recording{self._damage()}"
                 )
         if recording.reference is not None:
             first, last = recording.reference.stamps[[0, -1]]

@@ -56,10 +56,7 @@ class Ros1Storage:
         except RecordingError:
             raise
         except Exception as error:  # a damaged bag makes the reader fail in any way
-            raise RecordingError(
-                f"{self.path}: {str(error) or type(error).__name__} "
-                "(`rosbag reindex` may mend a bag that was not closed)"
-            ) from error
+            raise RecordingError(f"{self.path}: {_reason(error)}") from error
 
     def _messages(
         self, bag: Reader, entries: list[Connection], typestore: Typestore, topic: str
@@ -72,6 +69,14 @@ class Ros1Storage:
                 self.repairs[f"{topic}: damaged messages dropped"] += 1
                 continue
             yield time, content
+
+
+def _reason(error: Exception) -> str:
+    """Return why a bag cannot be read, the most frequent cause in words of our own."""
+    text = str(error)
+    if "index" in text.lower():
+        return "it was cut off or not closed: its index is missing; `rosbag reindex` may mend it"
+    return f"{text or type(error).__name__} (`rosbag reindex` may mend a bag that was not closed)"
 
 
 def _batches(messages: Iterator[tuple[int, bytes]]) -> Iterator[MessageBatch]:

@@ -19,6 +19,8 @@ from .message_batch import MessageBatch, joined
 from .topics import absolute, full_type
 from .unpacking import MESSAGE_LIMIT, Allowance
 
+_PAGE_SIZE, _PAGES, _LARGEST_PAGE = slice(16, 18), slice(28, 32), 65536
+"""Where the header of a database has the size of a page, 1 for the largest, and their number."""
 MAGIC = b"SQLite format 3\x00"
 _QUERY = f"""SELECT id, timestamp,
     CASE WHEN typeof(timestamp) = 'integer' AND typeof(data) = 'blob'
@@ -60,6 +62,12 @@ class SqliteStorage:
     def _opened(self) -> Iterator[sqlite3.Connection]:
         """Open the database; one that a recorder left open, on a read-only medium, as a copy."""
         logs = [self.path.with_name(self.path.name + "-wal")]
+        if not logs[0].exists() and self._is_cut_off():
+            with tempfile.TemporaryDirectory() as folder:
+                path = self._as_long_as_it_is(Path(folder))
+                with self._connected(path, "mode=ro&immutable=1") as database:
+                    yield database
+            return
         if not logs[0].exists():
             with self._connected(self.path, "mode=ro&immutable=1") as database:
                 yield database
@@ -75,6 +83,32 @@ class SqliteStorage:
             mode, path = self._copied([self.path, *logs], Path(folder))
             with self._connected(path, mode) as database:
                 yield database
+
+    def _is_cut_off(self) -> bool:
+        """Whether the file is shorter than its header says; SQLite refuses such a file."""
+        with self.path.open("rb") as file:
+            header = file.read(_PAGES.stop)
+        size = int.from_bytes(header[_PAGE_SIZE], "big")
+        pages = int.from_bytes(header[_PAGES], "big")
+        return self.path.stat().st_size < pages * (_LARGEST_PAGE if size == 1 else size)
+
+    def _as_long_as_it_is(self, folder: Path) -> Path:
+        """Return a copy of a file that was cut off whose header gives no length.
+
+        Raises:
+            RecordingError: there is no room for it.
+        """
+        path = folder / self.path.name
+        try:
+            shutil.copyfile(self.path, path)
+            with path.open("r+b") as file:
+                file.seek(_PAGES.start)
+                file.write(bytes(_PAGES.stop - _PAGES.start))
+        except OSError as error:
+            text = f"the file is cut off, and there is no room for a copy: {reason_of(error)}"
+            raise RecordingError(f"{self.path}: {text}") from error
+        self.repairs["file is cut off; read up to there; .recover of sqlite3 may find more"] = 1
+        return path
 
     def _copied(self, files: list[Path], folder: Path) -> tuple[str, Path]:
         """Return how and where to open a copy; without room for one the file without its log."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import RecordingError
 from ..recording import FloatArray, StampArray, WheelTrack
 from ..samples import RESTART_GAP
 from .cleaning import Cleaner
@@ -34,6 +35,11 @@ def wheel_columns(
     else:
         angles = positions
     present = ~np.all(np.isnan(angles), axis=0)
+    if not present.any():
+        raise RecordingError(
+            f"{topic}: positions and velocities of {', '.join(joints)} are missing or no numbers "
+            "in every message; an empty `topics.joint_states` leaves it out"
+        )
     chosen = np.flatnonzero(present[:-1])
     if not chosen.size:
         chosen = np.flatnonzero(present)
