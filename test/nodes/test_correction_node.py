@@ -252,3 +252,16 @@ def test_stamps_by_arrival_need_none_of_the_sender(graph: Any, sensors: Any) -> 
     graph.spin_until(lambda: len(received) >= 10)
     stamps = [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec for each in received]
     assert before < stamps[0] and stamps == sorted(set(stamps))
+
+
+@pytest.mark.parametrize(
+    ("reading", "said"), [(np.nan, "1 not_finite"), (16384.0, "1 beyond_any_sensor; counts")]
+)
+def test_readings_that_cannot_be_are_named_while_others_are_waited_for(
+    graph: Any, reading: float, said: str
+) -> None:
+    node = node_in(graph)
+    received = graph.collect(DiagnosticArray, "/diagnostics")
+    node.take_imu(10**12, (0.0, 0.0, 0.0, 0.0, 0.0, reading))
+    graph.spin_until(lambda: latest_status(received, "correction_node") is not None)
+    graph.spin_until(lambda: said in latest_status(received, "correction_node").message)

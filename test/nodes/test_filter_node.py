@@ -21,6 +21,7 @@ from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Robot, Setup
 from twbr_estimation.ros_messages import stamp_of, tilt_of
+from twbr_estimation.samples import CorrectedSample
 
 COUNT = 300
 OUTPUTS = ("tilt", "imu/data", "tilt/compare")
@@ -251,3 +252,23 @@ def test_motor_commands_are_subscribed_once_a_filter_uses_them(graph: Any) -> No
     assert [command[1:] for command in heard] == [(2.5, 3.0, 2.0), (-2.0, 0.0, 1.0)]
     now = node.get_clock().now().nanoseconds
     assert 0 <= now - heard[0].stamp < 5_000_000_000
+
+
+@pytest.mark.parametrize(
+    ("force", "cause"), [(1.0, "it is in g; give m/s^2"), (-9.81, "its z axis points down")]
+)
+def test_a_cause_of_distrust_is_named_before_it(graph: Any, force: float, cause: str) -> None:
+    node = filter_in(graph, timeout=20.0)
+    received = graph.collect(DiagnosticArray, "/diagnostics")
+    for index in range(600):
+        x = 0.01 * (index % 3)
+        readings = 0.0, 0.0, 0.0, x, 0.0, force
+        variances = 1e-6, 1e-6, 1e-6, 1e-2, 1e-2, 1e-2
+        angle = math.atan2(-x, force)
+        sample = CorrectedSample(0.005, angle, 1e-3, *readings, *variances, 0.0, 0.0, 0.0)
+        node.take(10**12 + index * 5_000_000, sample)
+
+    def messages() -> list[str]:
+        return [s.message for each in received for s in each.status if s.name == "filter_node"]
+
+    graph.spin_until(lambda: any(cause in each for each in messages()))

@@ -19,7 +19,7 @@ from ..samples import CorrectedSample, Sample
 from ..streams.corrected import imu_values
 from ..streams.correction import CorrectionStream
 from ..streams.device.stamping import Stamping
-from ..streams.guarded import StampedSamples
+from ..streams.guarded import StampedSamples, came_instead
 from ..streams.inputs import InputSettings, wheel_input
 from ..streams.messages import ImuEncoder, decode_raw_imu, decode_temperature
 from .calibration_service import CalibrationService
@@ -174,7 +174,9 @@ class CorrectionNode(GuardedNode):
         values |= {name: text for each in stampings for name, text in each.remark(now).items()}
         stamps = "; ".join(each.problem for each in stampings if each.problem)
         if not self._watchdog.started:
-            return Report(Level.WARN, stamps or "waiting for imu/data_raw", values)
+            skipped = {**stream.imu_guard.counts, "unreadable": self.unreadable}
+            text = stamps or came_instead("waiting for imu/data_raw", skipped)
+            return Report(Level.WARN, text, values)
         if not self._watchdog.fresh:
             age = self._watchdog.age
             return Report(Level.ERROR, f"no usable sample on imu/data_raw for {age:.1f} s", values)

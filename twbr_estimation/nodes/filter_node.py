@@ -15,11 +15,12 @@ from sensor_msgs.msg import Imu, Temperature
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
-from ..checks.finding import Finding, sentences
+from ..checks.finding import Finding, Severity, sentences
 from ..checks.quick import QuickChecks
 from ..live_code.providing import BackgroundSteps
 from ..samples import CorrectedSample, TiltEstimate
 from ..streams.filtering import FilterStream
+from ..streams.guarded import came_instead
 from ..streams.inputs import InputSettings
 from ..streams.messages import decode_motor_command
 from ..streams.stamps import StampAge
@@ -203,8 +204,9 @@ class FilterNode(GuardedNode):
             return Report(Level.ERROR, sentences(self._checks.untrusted), values)
         if not self._trusted:
             lost = f"; {newly_lost} samples lost or late" if newly_lost else ""
-            why = "; ".join((self._stream.distrust(), *self._stream.remarks()))
-            return Report(Level.WARN, f"{why}{lost}", values)
+            causes = sentences(each for each in self._doubts() if each.severity is Severity.FAIL)
+            why = [causes, self._stream.distrust(), *self._stream.remarks()]
+            return Report(Level.WARN, "; ".join(filter(None, why)) + lost, values)
         warnings = [
             f"{newly_lost} samples lost or late" if newly_lost else "",
             *self._stream.remarks(),
@@ -228,9 +230,8 @@ class FilterNode(GuardedNode):
     def _waiting(self) -> str:
         """Return what is waited for, and what came instead."""
         skipped = {**self._input.counts(), "unreadable": self.unreadable}
-        came = ", ".join(f"{count} {name}" for name, count in skipped.items() if count)
-        text = "; ".join(("waiting for imu/data_corrected", *self._input.problems()))
-        return f"{text}; not usable: {came}" if came else text
+        waiting = ("waiting for imu/data_corrected", *self._input.problems())
+        return came_instead("; ".join(waiting), skipped)
 
     def _other_clock(self) -> str:
         """Return that nothing is predicted because stamps and clock do not belong together."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ..pipeline.pairing import MotorCommand, Pairer, WheelReading
-from ..pipeline.physical import imu_fault, wheel_fault
+from ..pipeline.physical import BEYOND, imu_fault, wheel_fault
 from ..samples import RESTART_GAP, CorrectedSample, Sample
 from .stamps import StampGuard, Verdict
 
@@ -11,6 +13,21 @@ StampedSamples = list[tuple[int, CorrectedSample]]
 """Corrected samples with their stamps [ns]."""
 UNKNOWN_TIME = 10.0 * RESTART_GAP
 """`dt` [s] of the first sample after a restart: long enough to make filters start afresh."""
+
+
+def came_instead(waiting: str, refused: Mapping[str, int]) -> str:
+    """Return what is waited for, with what came and could not be used.
+
+    Args:
+        waiting: What is waited for.
+        refused: How many messages were refused, by the reason's name.
+    """
+    came = ", ".join(f"{count} {name}" for name, count in refused.items() if count)
+    if not came:
+        return waiting
+    beyond = (count for name, count in refused.items() if name.endswith(BEYOND))
+    counts = "; counts of the chip? give rad/s and m/s^2" if any(beyond) else ""
+    return f"{waiting}; not usable: {came}{counts}"
 
 
 class GuardedPairing:

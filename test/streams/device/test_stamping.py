@@ -62,3 +62,22 @@ def test_a_time_since_switched_on_explains_itself() -> None:
     ((name, text),) = stamping.remark(NOW).items()
     assert "joint_states" in name and "stamps: device" in text
     assert not stamping.remark(40_000 * MS), "under a simulated clock it is right"
+
+
+@pytest.mark.parametrize(
+    ("offset", "text"),
+    [
+        (3000 * MS, "3.0 s ahead of this computer's clock; stamps: device"),
+        (-(NOW - 5000 * MS), "counts from a start of the sender; stamps: device"),
+        (500 * MS, ""),
+        (-3000 * MS, ""),
+    ],
+)
+def test_stamps_of_another_clock_are_remarked(offset: int, text: str) -> None:
+    stamping = Stamping(Stamps.HEADER, "imu/data_raw")
+    stamping.stamp(NOW + offset, NOW)
+    assert text in stamping.remark(NOW).get("stamps of imu/data_raw", "")
+    assert bool(stamping.remark(NOW)) is bool(text)
+    related = Stamping(Stamps.DEVICE, "imu/data_raw")
+    related.stamp(NOW + offset, NOW)
+    assert not related.remark(NOW)

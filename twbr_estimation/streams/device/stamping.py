@@ -9,6 +9,8 @@ from .clock import DeviceClock
 
 CALENDAR = 1_000_000_000_000_000_000
 """A stamp before this one [ns], in the year 2001, is no calendar time."""
+_AHEAD = 1_000_000_000
+"""Stamps are this far ahead [ns] only by another clock."""
 _GAP = round(RESTART_GAP * 1e9)
 
 
@@ -58,12 +60,18 @@ class Stamping:
 
     def remark(self, now: int) -> dict[str, str]:
         """Return, by a name, that stamps are not of the clock that shows `now` [ns]."""
-        if self._stamps is not Stamps.HEADER or not 0 < self._header < CALENDAR <= now:
+        if self._stamps is not Stamps.HEADER or self._header <= 0 or now < CALENDAR:
             return {}
-        text = (
-            f"{self._header * 1e-9:.3f} s is no time of this computer but counts from a start of "
-            "the sender; stamps: device relates it"
-        )
+        if self._header - now > _AHEAD:
+            ahead = (self._header - now) * 1e-9
+            text = f"{ahead:.1f} s ahead of this computer's clock; stamps: device relates them"
+        elif self._header < CALENDAR:
+            text = (
+                f"{self._header * 1e-9:.3f} s is no time of this computer but counts from a start "
+                "of the sender; stamps: device relates it"
+            )
+        else:
+            return {}
         return {f"stamps of {self._topic}": text}
 
     def counts(self) -> Counter[str]:
