@@ -6,16 +6,16 @@ BIN := .venv/bin
 .PHONY: help venv demo balance test coverage lint format bench docs clean
 
 help:
-	@echo "make demo    replay the bundled recording through the live graph; errors as a table"
-	@echo "make balance see a simulated robot balance on a page: push it, drive it"
-	@echo "make test    run the tests"
+	@echo "make demo      replay the bundled recording through the live graph; errors as a table"
+	@echo "make balance   see a simulated robot balance on a page: push it, drive it"
+	@echo "make test      run the tests"
 	@echo "make coverage  run the tests that need no ROS; fail below the floor in pyproject.toml"
-	@echo "make lint    check lint, format and types"
-	@echo "make format  rewrite the sources in the project's format"
-	@echo "make bench   measure speed and memory"
-	@echo "make docs    build the documentation as a site, in site/"
-	@echo "make venv    set up .venv (the others do it by themselves)"
-	@echo "make clean   remove .venv and build products"
+	@echo "make lint      check lint, format and types"
+	@echo "make format    rewrite the sources in the project's format"
+	@echo "make bench     measure speed and memory"
+	@echo "make docs      build the documentation as a site, in site/"
+	@echo "make venv      set up .venv (the others do it by themselves)"
+	@echo "make clean     remove .venv and build products"
 
 venv:
 	@$(PYTHON) tools/make_venv.py

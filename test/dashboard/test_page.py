@@ -67,6 +67,21 @@ def test_pictures_arrive_and_show_the_robot(browser: Browser) -> None:
     assert abs(math.radians(deg) - rad) < 2e-3 and abs(deg - reference - 0.573) < 0.2
 
 
+def test_parameters_of_what_is_chosen_come_first(browser: Browser) -> None:
+    marks = "[...document.querySelectorAll('.q-scrollarea [data-mark]')].map(e => e.dataset.mark)"
+    shown = until(browser, f"{marks}.length > 2 && {marks}")
+    assert shown[0] == "filter" and shown[-1] == "compare"
+
+
+def test_the_tilt_of_a_robot_at_rest_is_drawn_small(browser: Browser) -> None:
+    option = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption()"
+    limits = f"{option}.yAxis[0].%s({{ min: %s, max: %s }})"
+    assert until(browser, f"typeof {option}.yAxis[0].min === 'function'")
+    assert browser.evaluate(limits % ("min", -0.02, 0.03)) == -1.0
+    assert browser.evaluate(limits % ("max", -0.02, 0.03)) == 1.5
+    assert browser.evaluate(limits % ("min", -6, 4)) is None
+
+
 def test_a_page_that_does_not_keep_up_says_so(browser: Browser) -> None:
     busy = "const end = performance.now() + 400; while (performance.now() < end);"
     browser.evaluate(f"window.busy = setInterval(() => {{ {busy} }}, 450), 0")

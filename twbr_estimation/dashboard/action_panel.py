@@ -10,6 +10,9 @@ from nicegui import ui
 from .notices import Notices
 from .source import Source
 
+ENDS = ("disable", "stop recording")
+"""Actions drawn in another colour: the motors are cut, a recording ends."""
+
 
 class ActionPanel:
     """What can be done now; `live.js` drives, and pushes with q and e."""
@@ -45,6 +48,8 @@ class ActionPanel:
             for name in names:
                 button = ui.button(name, on_click=self._acting(name)).props("dense no-caps")
                 button.props(f'data-mark="{name}"')
+                if name in ENDS:
+                    button.props("color=negative")
 
     def _acting(self, name: str) -> Callable[[], Coroutine[Any, Any, None]]:
         async def act() -> None:

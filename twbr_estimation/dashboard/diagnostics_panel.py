@@ -12,6 +12,7 @@ from .source import Source, Status
 from .state import losses
 
 ICONS = {"OK": "check_circle", "WARN": "warning", "ERROR": "error", "STALE": "schedule"}
+TEXT_COLORS = {"WARN": "text-orange-9", "ERROR": "text-negative", "STALE": "text-grey"}
 TOPICS = [
     {"name": "topic", "label": "topic", "field": "topic", "align": "left", "sortable": True},
     {"name": "rate", "label": "1/s", "field": "rate", "sortable": True},
@@ -65,6 +66,8 @@ class DiagnosticsPanel:
             entry, values = self._entries[each.name]
             entry.set_text(f"{each.name}: {each.message}")
             entry.props(f"icon={ICONS.get(each.level, 'help')}")
+            color = TEXT_COLORS.get(each.level, "")
+            entry.props(f'header-class="{color}"')
             values.set_text("\n".join(f"{key}: {value}" for key, value in each.values.items()))
 
     def _list_nodes(self, statuses: Sequence[Status]) -> None:

@@ -135,7 +135,7 @@ class RobotView:
         with ui.scene(height=260, grid=(4, 20), background_color="#f5f5f5").classes(
             "w-full"
         ) as scene:
-            scene.move_camera(x=0.5, y=-1.8, z=0.9, look_at_z=0.4, duration=0.0)
+            scene.move_camera(x=0.35, y=-1.25, z=0.75, look_at_z=0.45, duration=0.0)
             parts = []
             for color, opacity in ((None, 1.0), (GHOST, 0.35)):
                 with scene.group().move(z=radius) as group:

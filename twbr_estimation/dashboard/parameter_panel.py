@@ -75,7 +75,10 @@ class ParameterPanel:
         self._fill()
 
     def _shown(self) -> list[ParameterInfo]:
-        """Return the parameters that match the search, without those of inactive filters."""
+        """Return the parameters that match the search, without those of inactive filters.
+
+        What is chosen (filter, controller) and its own parameters come first.
+        """
         wanted = (self._search.value or "").lower()
         by_name = {each.name: each for each in self._found}
         choices, active = set[str](), set[str]()
@@ -89,7 +92,8 @@ class ParameterPanel:
             inactive = owner in choices and owner not in active
             if wanted in each.name.lower() and (self._all.value or wanted or not inactive):
                 kept.append(each)
-        return kept
+        first = {FILTER, CONTROLLER, *active}
+        return sorted(kept, key=lambda each: each.name.partition(".")[0] not in first)
 
     def _fill(self) -> None:
         """Show the values; the list is rebuilt only where it has other entries."""

@@ -17,8 +17,14 @@ const DIRECTIONS = {
 };
 const PUSHES = { q: "push back", e: "push forward" };
 
+// Limits of the tilt's axis where it spans less than two degrees: noise shall look small.
+const HEIGHT = {
+  min: ({ min, max }) => (max - min < 2 ? Math.floor(min + max - 2) / 2 : null),
+  max: ({ min, max }) => (max - min < 2 ? Math.ceil(min + max + 2) / 2 : null),
+};
+
 const styles = {
-  reference: { color: "#888888", width: 2 },
+  reference: { color: "#888888", width: 3, z: 1 }, // below the estimates
   active: { color: "#1976d2", width: 2 },
   corrected: { color: "#26a69a", width: 1, off: true },
   raw: { color: "#ef6c00", width: 1, off: true },
@@ -187,10 +193,11 @@ class Robot {
       showSymbol: false,
       animation: false,
       lineStyle: { width: styles[name]?.width ?? 1 },
+      z: styles[name]?.z ?? 2,
       ...(styles[name] ? { color: styles[name].color } : {}),
       data: this.traces.get(name),
     }));
-    const option = { xAxis: axis, series };
+    const option = { xAxis: axis, yAxis: HEIGHT, series };
     if (names.join() !== this.known) {
       const fresh = names.filter((name) => !this.known.split(",").includes(name));
       this.known = names.join();
