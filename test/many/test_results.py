@@ -77,3 +77,10 @@ def test_a_disk_that_is_full_leaves_whole_rows_only(
     with pytest.raises(WritingError, match="no space left on device"):
         table.append([row(2)])
     assert table.path.read_bytes() == whole and "k2" not in table
+
+
+def test_a_line_that_nests_without_end_is_no_row(tmp_path: Path) -> None:
+    path = tmp_path / "results.jsonl"
+    path.write_text("[" * 200_000 + "\n" + '{"key": "a", "x": 1}\n')
+    table = ResultTable(path)
+    assert len(table) == 1 and table.row("a")["x"] == 1

@@ -21,6 +21,7 @@ Written by `python tools/campaign.py`; do not edit. The tools it is made of, in
 * `random_devices.py` stands between a driver and its chip, counter or port and spoils answers.
 * `writer_trials.py` kills what writes, and fills its disk; `writers.py` lists what does, and
   `file_faults.py` lets a call of the system fail.
+* `two_hosts.py` puts a cable between the sensors of a robot and its nodes, and pulls it.
 * `live_path.py` and `motions.py` run a filter as the nodes do and compare it with the truth.
 
 `python tools/campaign.py --list` names the parts; each runs alone, and `--scale` shortens it. A

@@ -143,7 +143,7 @@ def _key_of(line: bytes) -> str:
     """Return the key of a row; nothing for another line, or one without a result."""
     try:
         row = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return ""
     return str(row.get("key") or "") if isinstance(row, dict) else ""
 
