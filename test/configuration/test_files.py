@@ -172,6 +172,10 @@ REFUSED = {
         "robot: {wheel_radius: -0.1}",
         r"robot\.wheel_radius: -0.1 is outside \[0.001, 1\] m",
     ),
+    "a factor out of range": (
+        "robot: {gear_ratio: 0.0}",
+        r"robot\.gear_ratio: 0.0 is outside \[0.01, 1000\]$",
+    ),
     "no such placement": ("robot: {encoder_placement: roof}", "'roof' is not one of body, ground"),
     "unstable low-pass": (
         "correction: {rate_time_constant: -0.01, dt: 0.02}",

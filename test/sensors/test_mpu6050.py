@@ -126,6 +126,24 @@ def test_an_mpu6050_is_known_and_relatives_are_named(clock: Any) -> None:
         assert name in warning
 
 
+@pytest.mark.parametrize(
+    ("identity", "words"),
+    [
+        (0x70, ("FIFO of 512 bytes", "333.9 counts/degC from 21 degC", "low-pass in a register")),
+        (0x19, ("FIFO of 1008 bytes", "326.8 counts/degC from 25 degC", "low-pass in a register")),
+        (0x72, ("FIFO of 512 bytes",)),
+        (0x34, ("tried as an MPU6050", "refused where a register")),
+        (0xEA, ("ICM20948", "other registers", "refused where a register")),
+    ],
+)
+def test_a_relative_is_named_with_what_differs(
+    clock: Any, identity: int, words: tuple[str, ...]
+) -> None:
+    remark = Mpu6050(SimulatedMpu6050(clock, identity=identity), Mpu6050Settings()).identify()
+    assert remark is not None
+    assert all(each in remark for each in words)
+
+
 @pytest.mark.parametrize("identity", [0x00, 0xFF])
 def test_an_empty_bus_is_an_error(clock: Any, identity: int) -> None:
     device = Mpu6050(SimulatedMpu6050(clock, identity=identity), Mpu6050Settings())

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
@@ -22,6 +21,7 @@ from ..controllers import controller_named, controllers, listed_controllers
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters, listed_filters
 from ..physics.performance import scene_named
+from ..printing.console import SafeConsole
 from ..robot import CorrectionSettings
 from ..scoring.table import write_json
 from ..simulation.worlds import WORLDS, world_named
@@ -112,13 +112,13 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run all trials, print the table and write the JSON."""
     trials, source = trials_of(arguments)
-    console = Console(stderr=True)
+    console = SafeConsole(stderr=True)
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("balancing (the first run compiles)", total=len(trials))
         outcomes = run_all(
             trials, lambda done: progress.update(task, completed=done), arguments.jobs
         )
-    output = Console(stderr=arguments.json == "-")
+    output = SafeConsole(stderr=arguments.json == "-")
     for table in _tables(standings(trials, outcomes), trials[0].duration, source):
         output.print(table)
     if arguments.json is not None:

@@ -33,6 +33,7 @@ from ..configuration.files import FILES, date_of_now, read_setup
 from ..configuration.of_recording import CONFIG_FOLDER
 from ..drives import Drive
 from ..errors import ConfigurationError
+from ..printing.console import SafeConsole
 from ..recording import Recording
 from ..robot import Setup
 from ..scoring.table import write_json
@@ -119,7 +120,7 @@ def _add_kind(
 
 def run(arguments: argparse.Namespace) -> int:
     """Calibrate, print what was found, and write it."""
-    console = Console(stderr=arguments.json == "-")
+    console = SafeConsole(stderr=arguments.json == "-")
     start = _start(arguments)
     setup = Setup() if start is None else read_setup(start)
     radius = setup.robot.wheel_radius

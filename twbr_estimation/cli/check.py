@@ -15,6 +15,7 @@ from ..many.checking import Checking
 from ..many.jobs import WHOLE
 from ..many.places import recordings_at
 from ..many.series import Failure
+from ..printing.console import SafeConsole
 from .arguments import add_recordings, add_settings, topic_names
 from .frames import add_frames, frames_of
 from .many import add_many, carried_out, is_single, print_failures, write_figures
@@ -40,7 +41,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Check, print a table for each recording, and return 1 where something fails."""
     places = recordings_at(arguments.bags)
-    console = Console(stderr=arguments.json == "-")
+    console = SafeConsole(stderr=arguments.json == "-")
     frames = frames_of(arguments)
     job = Checking(topic_names(arguments), arguments.config, arguments.preset, frames)
     failures: Sequence[Failure] = ()
@@ -60,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         _print(console, place, result)
     write_figures(arguments, {"recordings": [_document(*each) for each in found.items()]}, failures)
     severities = [worst(from_json(result["findings"])) for result in found.values()]
-    status = print_failures(Console(stderr=True), failures)
+    status = print_failures(SafeConsole(stderr=True), failures)
     return 1 if Severity.FAIL in severities else status
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
@@ -18,6 +17,7 @@ from ..drives.request import RunRequest
 from ..drives.saving import save_with_reference
 from ..errors import ConfigurationError
 from ..many.places import recordings_at
+from ..printing.console import SafeConsole
 from ..scoring.score import RecordingScore, as_json
 from ..scoring.table import print_many_scores, print_scores, write_scores
 from .arguments import add_request, finish_compiling, in_flags, request_of
@@ -55,14 +55,14 @@ def run(arguments: argparse.Namespace) -> int:
     runs = _evaluated(bags, request)
     scores = [_in_flags(each.score) for each in runs if each.score is not None]
     quiet = arguments.json == "-"
-    console = Console(stderr=quiet)
+    console = SafeConsole(stderr=quiet)
     print_scores(console, scores)
     if arguments.json is not None:
         write_scores(arguments.json, scores)
     if target is not None:
         save_with_reference(target, runs[0], bags[0])
         console.print(f"wrote {escape(str(target))}", soft_wrap=True)
-    finish_compiling(request, Console(stderr=True))
+    finish_compiling(request, SafeConsole(stderr=True))
     return 0
 
 
@@ -70,7 +70,7 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
     """Evaluate several recordings, print what there is of them and return the exit status."""
     from ..many.evaluation import Evaluation, merged
 
-    errors, quiet = Console(stderr=True), arguments.json == "-"
+    errors, quiet = SafeConsole(stderr=True), arguments.json == "-"
     job = Evaluation.of(request)
     with carried_out(arguments, job, places, chosen(request.names)) as done:
         found = (
@@ -78,7 +78,7 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
             for number, place in enumerate(places)
         )
         scores = [_in_flags(score) for score in found if score is not None]
-    console, failures = Console(stderr=quiet), done.failures()
+    console, failures = SafeConsole(stderr=quiet), done.failures()
     print_many_scores(console, scores)
     write_figures(arguments, as_json(scores), failures)
     finish_compiling(request, errors)
@@ -104,7 +104,7 @@ def _target(arguments: argparse.Namespace, places: Sequence[str]) -> Path | None
 
 def _evaluated(bags: Sequence[Path], request: RunRequest) -> list[Runs]:
     runs = []
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    with Progress(console=SafeConsole(stderr=True), transient=True) as progress:
         task = progress.add_task("evaluating", total=len(bags))
         for count, bag in enumerate(bags):
             progress.update(task, description=f"evaluating {escape(str(bag))}")

@@ -15,6 +15,8 @@ from rich.padding import Padding
 from rich.table import Table
 
 from ..filters import Filter, Parameter, filter_named, filters, listed_filters
+from ..printing.console import SafeConsole
+from ..printing.text import say
 
 
 def add_parser(subparsers: Any) -> None:
@@ -32,12 +34,12 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the filters."""
     if arguments.json:
-        print(json.dumps({"filters": [description(entry) for entry in filters().values()]}))
+        say(json.dumps({"filters": [description(entry) for entry in filters().values()]}))
         return 0
     if arguments.markdown:
-        print(markdown_page(), end="")
+        say(markdown_page(), end="")
         return 0
-    console = Console()
+    console = SafeConsole()
     if not arguments.names:
         console.print(_list())
         console.print("twbr filters NAME... shows parameters; all shows those of every filter")

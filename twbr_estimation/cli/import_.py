@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.markup import escape
 
 from ..bags import require_room
@@ -15,6 +14,7 @@ from ..bags.writing import estimator_topic
 from ..checks.check import check
 from ..checks.finding import noteworthy
 from ..imports import ImportOptions, formats, load, write_import
+from ..printing.console import SafeConsole
 from ..robot import CorrectionSettings, Setup
 from .arguments import in_flags
 from .frames import add_frames, frames_of
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     if (frames := frames_of(arguments)) is not None:
         log = replace(log, robot=frames.robot(log.robot))
     write_import(arguments.output, log, arguments.overwrite)
-    console = Console()
+    console = SafeConsole()
     recording = log.recording
     tracks = {
         "wheels": recording.wheels,

@@ -16,9 +16,11 @@ from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
+from typing import NoReturn
 
 from .. import __version__
 from ..errors import TwbrError
+from ..printing.text import safe, say
 from .terminal import make_printable
 
 INTERRUPTED = 130
@@ -32,6 +34,13 @@ REPAIR = "install it, or all that recordings need: pip install mcap rosbags zsta
 _NO_VERBS = ("arguments", "frames", "main", "many", "progress_lines", "terminal")
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser, and the class of the verbs' parsers; repeats arguments without escape codes."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(safe(message))
+
+
 def verbs() -> dict[str, str]:
     """Return the module of every verb by the verb's name."""
     modules = (entry.name for entry in iter_modules([str(Path(__file__).parent)]))
@@ -40,9 +49,7 @@ def verbs() -> dict[str, str]:
 
 def parser(arguments: Sequence[str] = ()) -> argparse.ArgumentParser:
     """Return the parser; only the verb that `arguments` start with is imported, else none."""
-    top = argparse.ArgumentParser(
-        prog="twbr", description="Tilt estimation for two-wheeled balancing robots."
-    )
+    top = _Parser(prog="twbr", description="Tilt estimation for two-wheeled balancing robots.")
     top.add_argument("--version", action="version", version=f"twbr {__version__}")
     known = verbs()
     subparsers = top.add_subparsers(title="verbs", metavar="VERB", required=True)
@@ -74,13 +81,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except TwbrError as error:
         from .arguments import in_flags
 
-        print(f"twbr: error: {in_flags(str(error))}", file=sys.stderr)
+        say(f"twbr: error: {in_flags(str(error))}", error=True)
         return 1
     except ModuleNotFoundError as error:
         missing = (error.name or "").partition(".")[0]
         if missing == PACKAGE:
             raise
-        print(f"twbr: error: the Python package {missing} is missing: {REPAIR}", file=sys.stderr)
+        say(f"twbr: error: the Python package {missing} is missing: {REPAIR}", error=True)
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -90,10 +97,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BROKEN_PIPE
     except OSError as error:
         where = "" if error.filename is None else f"{error.filename}: "
-        print(f"twbr: error: {where}{(error.strerror or str(error)).lower()}", file=sys.stderr)
+        say(f"twbr: error: {where}{(error.strerror or str(error)).lower()}", error=True)
         return 1
     except MemoryError:
-        print("twbr: error: there is not enough memory for this", file=sys.stderr)
+        say("twbr: error: there is not enough memory for this", error=True)
         return 1
     return status
 

@@ -17,6 +17,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
 from ..errors import ConfigurationError
+from ..printing.console import SafeConsole
 from ..scoring.table import write_json
 from .arguments import in_flags
 
@@ -123,7 +124,7 @@ def _carried_out(
     from ..many.digests import size_of
     from ..many.series import run
 
-    console = Console(stderr=True)
+    console = SafeConsole(stderr=True)
     size = sum(map(size_of, places))
 
     def prepare() -> None:

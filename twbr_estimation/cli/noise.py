@@ -22,6 +22,7 @@ from ..many.series import Failure
 from ..noise import GYRO_UNIT
 from ..noise.allan import MARKED_TIMES
 from ..noise.spectra import MOTION_SHARE
+from ..printing.console import SafeConsole
 from ..report.pictures import noise_picture
 from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
 from .many import add_many, carried_out, is_single, print_failures, write_figures
@@ -67,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
         window,
         curves=arguments.plot is not None,
     )
-    console, failures = Console(stderr=arguments.json == "-"), list[Failure]()
+    console, failures = SafeConsole(stderr=arguments.json == "-"), list[Failure]()
     if is_single(arguments, places):
         found = [_analysed(places[0], job)]
     else:
@@ -82,12 +83,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.plot is not None and drawn:
         noise_picture(drawn, arguments.plot)
         console.print(f"drawn: {escape(str(arguments.plot))}", highlight=False, soft_wrap=True)
-    return print_failures(Console(stderr=True), failures)
+    return print_failures(SafeConsole(stderr=True), failures)
 
 
 def _analysed(place: str, job: NoiseFigures) -> dict[str, Any]:
     """Analyse one recording in this process."""
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    with Progress(console=SafeConsole(stderr=True), transient=True) as progress:
         progress.add_task(f"analysing {escape(place)}", total=None)
         with local_copy(place) as path:
             drive = job.open(place, path)

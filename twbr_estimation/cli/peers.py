@@ -6,13 +6,14 @@ import argparse
 from dataclasses import asdict
 from typing import Any
 
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from ..drives import load
 from ..peers.comparison import BLIND, OURS, PEERS, Comparison, chosen, compare
 from ..peers.table import COST, markdown
+from ..printing.console import SafeConsole
+from ..printing.text import say
 from ..scoring.table import write_json
 from .arguments import add_comparison, add_recordings, add_settings, comparison, topic_names
 
@@ -58,9 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
             required=("reference",),
         )
         found[str(path)] = compare(drive, peers, ours)
-    console = Console(stderr=arguments.json == "-")
+    console = SafeConsole(stderr=arguments.json == "-")
     if arguments.markdown:
-        print(markdown({path: [each] for path, each in found.items()}))
+        say(markdown({path: [each] for path, each in found.items()}))
     else:
         for path, each in found.items():
             console.print(_table(path, each))

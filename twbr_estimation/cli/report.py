@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
 
@@ -20,6 +19,8 @@ from ..errors import ConfigurationError
 from ..many.jobs import WHOLE
 from ..many.places import recordings_at
 from ..many.reporting import PAGE, Reporting, index_page, title_of
+from ..printing.console import SafeConsole
+from ..printing.text import say
 from ..report.data import collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
@@ -59,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     pictures = _pictures(arguments.output, len(places))
     page = arguments.output / PAGE
     _refuse_existing([page, *pictures], arguments.overwrite)
-    console = Console(stderr=True)
+    console = SafeConsole(stderr=True)
     with Progress(console=console, transient=True) as progress:
         task = progress.add_task("", total=2 * len(places) + 1)
         reports = []
@@ -79,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     finish_compiling(request, console)
     for path in (page, *pictures):
         size = path.stat().st_size / 1e6
-        print(f"{path} ({size:.1f} MB)")
+        say(f"{path} ({size:.1f} MB)")
     return 0
 
 
@@ -94,8 +95,8 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
     pages = {place: each[WHOLE] for place, each in results.items() if WHOLE in each}
     failures = done.failures()
     write_text(index, index_page(pages, failures, command))
-    print(f"{index} ({len(pages)} pages)")
-    return print_failures(Console(stderr=True), failures)
+    say(f"{index} ({len(pages)} pages)")
+    return print_failures(SafeConsole(stderr=True), failures)
 
 
 def _pictures(folder: Path, count: int) -> list[Path]:

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from ..disk.writing import write_text
 from ..errors import ConfigurationError
+from ..printing.console import SafeConsole
 from ..reproduction import DRAWN, PARTS, Plan, reproduce
 from ..reproduction.page import PrintedTable, markdown, tables
 from ..scoring.table import write_json
@@ -62,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.markdown is not None and set(parts) != set(PARTS):
         raise ConfigurationError("--markdown: the page needs all parts")
     plan = Plan(arguments.seeds, world_named(arguments.world))
-    with workers_of(arguments) as workers, shown(Console(stderr=True)) as report:
+    with workers_of(arguments) as workers, shown(SafeConsole(stderr=True)) as report:
         document = reproduce(
             parts,
             plan,
@@ -71,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             _pictures(parts, arguments.plot),
         )
     quiet = arguments.json == "-"
-    _print(Console(stderr=quiet), tables(document))
+    _print(SafeConsole(stderr=quiet), tables(document))
     if arguments.json is not None:
         write_json(arguments.json, document)
     if arguments.markdown is not None:

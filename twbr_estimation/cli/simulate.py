@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -21,6 +20,7 @@ from ..errors import ConfigurationError
 from ..physics import SCENES as PHYSICS_SCENES
 from ..physics import simulate as simulate_scene
 from ..physics.simulate import USUAL_DURATION
+from ..printing.console import SafeConsole
 from ..robot import Robot
 from ..simulation import WORLDS, Simulated, simulate
 
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.no_truth:
         stored = replace(simulated, recording=replace(simulated.recording, truth=None))
     write_simulated(arguments.output, stored, overwrite=arguments.overwrite)
-    Console().print(_summary(arguments.output, simulated))
+    SafeConsole().print(_summary(arguments.output, simulated))
     return 0
 
 

@@ -20,6 +20,7 @@ from ..configuration.files import date_of_now
 from ..errors import ConfigurationError
 from ..filters import filter_named
 from ..many.places import recordings_at
+from ..printing.console import SafeConsole
 from ..tuning.filter import TunedFilter
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
@@ -102,7 +103,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Tune, print what was found and write it."""
-    console = Console(stderr=True)
+    console = SafeConsole(stderr=True)
     target = arguments.output
     target = target / DEFAULT_OUTPUT if target.is_dir() or not target.suffix else target
     # Known before the search, not after it.
@@ -115,7 +116,7 @@ def run(arguments: argparse.Namespace) -> int:
         lines(console) as line,
     ):
         result = tune(request, workers, partial(best_so_far, line), partial(_smoothed, line))
-    _print(Console(), result)
+    _print(SafeConsole(), result)
     if target.exists():
         console.print(f"replacing {escape(str(target))}")
     write_tuned(target, result, _provenance(), replace=arguments.overwrite)

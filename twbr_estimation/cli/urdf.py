@@ -12,6 +12,7 @@ from ..configuration.urdf import FrameNames, urdf
 from ..disk.reading import is_folder
 from ..disk.writing import write_text
 from ..errors import ConfigurationError
+from ..printing.text import say
 from ..robot import Robot
 
 FILE = "robot.yaml"
@@ -64,12 +65,12 @@ def run(arguments: argparse.Namespace) -> int:
     frames = FrameNames(arguments.base_frame, arguments.imu_frame, (wheels[0], wheels[1]))
     text = urdf(_robot(arguments.config), arguments.name, frames)
     if arguments.output is None:
-        print(text, end="")
+        say(text, end="")
         return 0
     if arguments.output.exists() and not arguments.overwrite:
         raise ConfigurationError(f"{arguments.output}: exists already; --overwrite replaces it")
     write_text(arguments.output, text)
-    print(arguments.output)
+    say(str(arguments.output))
     return 0
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import replace
 from typing import Any
 
+from ..printing.text import say
 from .arguments import add_request, request_of
 
 FEW = ("ins_odometer", "complementary")
@@ -39,11 +39,9 @@ def run(arguments: argparse.Namespace) -> int:
         request = replace(request, names=FEW)
     settings = ServerSettings(arguments.host, arguments.port, arguments.token).secured()
     running = ", ".join(request.names)
-    print(
-        f"running {running} on {', '.join(map(str, arguments.bags))}", file=sys.stderr, flush=True
-    )
+    say(f"running {running} on {', '.join(map(str, arguments.bags))}", error=True, flush=True)
     sources = [
         RecordedSource(path.name, request.runs(path, reference=False)) for path in arguments.bags
     ]
-    serve(sources, settings, lambda addresses: print(f"open {addresses}", flush=True))
+    serve(sources, settings, lambda addresses: say(f"open {addresses}", flush=True))
     return 0

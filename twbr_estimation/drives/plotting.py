@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import ConfigurationError
 from ..parameters.argument_checks import shown
+from ..printing.text import literal
 
 if TYPE_CHECKING:
     from .runs import Runs
@@ -43,8 +44,10 @@ def plot(runs: Runs, axes: Any | None) -> Any:
         tracks["reference"] = recording.reference
     for name, track in tracks.items():
         style = {"color": "black", "linewidth": 1.0} if name == "reference" else {"linewidth": 0.8}
-        axes.plot((track.stamps - start) * 1e-9, np.degrees(track.tilt), label=name, **style)
-    axes.set(xlabel="time [s]", ylabel="tilt [deg]", title=runs.drive.source)
+        axes.plot(
+            (track.stamps - start) * 1e-9, np.degrees(track.tilt), label=literal(name), **style
+        )
+    axes.set(xlabel="time [s]", ylabel="tilt [deg]", title=literal(runs.drive.source))
     axes.grid(visible=True, alpha=0.3)
     axes.legend(loc="best")
     return axes

@@ -131,12 +131,11 @@ class CheckNode(GuardedNode):
             return
         self._printed = True
         self._diagnostics.update()
-        from rich.console import Console
-
         from ..checks.table import as_json, print_findings
+        from ..printing.console import SafeConsole
         from ..scoring.table import write_json
 
-        print_findings(Console(), "live", self.acceptance.found)
+        print_findings(SafeConsole(), "live", self.acceptance.found)
         if self._outputs.json_file:
             try:
                 write_json(self._outputs.json_file, {"findings": as_json(self.acceptance.found)})

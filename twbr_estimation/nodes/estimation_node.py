@@ -1,7 +1,10 @@
 """Drivers, correction, filter and on request the controller in one process: for small computers.
 
 The nodes keep their names, parameters, services and topics; what one hands to the next goes
-by a direct call instead of the middleware.
+by a direct call instead of the middleware. So its services lie below `/correction_node` and
+`/filter_node`, for instance `/correction_node/calibrate` and `/filter_node/set_parameters`, and
+below `/mpu6050_node`, `/encoder_node` and `/controller_node` where those run in it; none of
+them lies below `/estimation_node`, which has the parameters `drivers` and `control` alone.
 """
 
 from __future__ import annotations

@@ -268,11 +268,10 @@ class EvaluatorNode(GuardedNode):
         return self._finished
 
     def _print(self) -> None:
-        from rich.console import Console
-
+        from ..printing.console import SafeConsole
         from ..scoring.table import print_scores
 
-        print_scores(Console(), self._finished)
+        print_scores(SafeConsole(), self._finished)
 
     def _write(self) -> None:
         from ..scoring.table import write_scores

@@ -53,8 +53,9 @@ def within(name: str, value: object, bounds: Bounds) -> float:
     if math.isnan(number):
         raise ConfigurationError(f"{name}: {shown(value)} is not a number")
     if not math.isfinite(number) or not bounds.minimum <= number <= bounds.maximum:
-        limits = f"[{bounds.minimum:g}, {bounds.maximum:g}] {bounds.unit}"
-        raise ConfigurationError(f"{name}: {shown(value)} is outside {limits.rstrip()}")
+        unit = "" if bounds.unit in ("", "1") else f" {bounds.unit}"
+        limits = f"[{bounds.minimum:g}, {bounds.maximum:g}]{unit}"
+        raise ConfigurationError(f"{name}: {shown(value)} is outside {limits}")
     return number
 
 

@@ -11,6 +11,7 @@ from ..disk.writing import write_bytes
 from ..errors import ConfigurationError
 from ..noise import GYRO_UNIT
 from ..noise.curves import ShownCurves
+from ..printing.text import literal, safe
 from ..recording import FloatArray
 from .decimation import thinned
 from .palette import AXES, MOTION
@@ -90,7 +91,7 @@ def noise_picture(found: Sequence[tuple[str, ShownCurves]], path: Path) -> None:
             cell.set_axis_off()
         for cell, (kind, lines) in zip(row, curves.items(), strict=False):
             _draw_panel(cell, _PANELS[kind], lines)
-        row[0].set_title(source, loc="left", fontsize="small", parse_math=False)
+        row[0].set_title(safe(source), loc="left", fontsize="small", parse_math=False)
     save(figure, path)
 
 
@@ -126,7 +127,7 @@ def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
     for trace in visible:
         _draw_trace(axes[0][0], trace, trace.times, trace.tilt)
     axes[0][0].set_ylabel("tilt [deg]")
-    axes[0][0].set_title(title, loc="left", parse_math=False)
+    axes[0][0].set_title(safe(title), loc="left", parse_math=False)
     axes[0][0].legend(loc="upper right", ncols=len(visible))
     for trace in scored:
         _draw_trace(axes[1][0], trace, trace.error_times, trace.error)
@@ -141,6 +142,6 @@ def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
 
 def _draw_trace(axes: Any, trace: Trace, times: FloatArray, values: FloatArray) -> None:
     fewer_times, fewer = thinned(times, values, PICTURE_POINTS)
-    label = trace.name.replace("_", " ").lstrip()  # matplotlib hides labels with a leading _
+    label = literal(trace.name.replace("_", " ")).lstrip()  # labels with a leading _ are hidden
     style = {"color": trace.colour, "linestyle": trace.dash, "label": label, "linewidth": 1.2}
     axes.plot(fewer_times, fewer, **style)

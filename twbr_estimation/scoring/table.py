@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..disk.writing import write_text
+from ..printing.console import SafeConsole
 from .figure_table import FIGURES
 from .score import SMOOTHED, RecordingScore, as_json, mean_over
 
@@ -47,7 +48,7 @@ def print_many_scores(console: Console, scores: Sequence[RecordingScore]) -> Non
 
 def as_text(scores: Sequence[RecordingScore], width: int = 100) -> str:
     """Return what `print_scores` prints, in so many columns at most, without colours."""
-    console = Console(file=StringIO(), width=width, color_system=None)
+    console = SafeConsole(file=StringIO(), width=width, color_system=None)
     with console.capture() as captured:
         print_scores(console, scores)
     return captured.get().rstrip("\n")

@@ -38,6 +38,18 @@ class ChipModel:
         return self in MODELS.values()
 
     @property
+    def difference(self) -> str:
+        """In what the chip differs from an MPU6050."""
+        words = [f"a FIFO of {self.fifo_bytes} bytes instead of {MPU6050.fifo_bytes}"]
+        if self.degrees_at_zero != MPU6050.degrees_at_zero:
+            words.append(
+                f"{1.0 / self.degrees_per_count:.1f} counts/degC from {self.degrees_at_zero:g} degC"
+            )
+        if self.accel_low_pass:
+            words.append("the accelerometer's low-pass in a register of its own")
+        return ", ".join(words)
+
+    @property
     def fifo_packets(self) -> int:
         """Whole packets that the FIFO holds."""
         return self.fifo_bytes // PACKET_BYTES

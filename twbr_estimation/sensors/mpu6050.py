@@ -104,9 +104,10 @@ class Mpu6050:
         if identity == WHO_AM_I:
             return None
         use = (
-            "its FIFO, temperature scale and accelerometer filter are used"
+            f"used as such: {self.model.difference}"
             if self.model.known
-            else "used as an MPU6050, but its temperature scale and filters may differ"
+            else "tried as an MPU6050, but its temperature scale and filters may differ, and it is "
+            "refused where a register does not keep what is written"
         )
         return f"WHO_AM_I: 0x{identity:02x} instead of 0x{WHO_AM_I:02x}, {self.model.name}; {use}"
 

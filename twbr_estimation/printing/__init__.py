@@ -1,0 +1,1 @@
+"""Text of recordings, files and messages on a terminal, without its control characters."""
