@@ -7,6 +7,7 @@ import pytest
 
 from twbr_estimation.cli.main import main
 from twbr_estimation.cli.view import FEW
+from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
 
 BAG = str(Path(__file__).resolve().parents[2] / "bags" / "verification")
 
@@ -40,3 +41,19 @@ def test_the_first_filter_named_is_the_active_one(
     assert source.active == "gyro"
     assert names_of(source) == {"reference", "active", "complementary"}
     assert "running gyro, complementary" in capsys.readouterr().err
+
+
+def test_of_all_filters_the_default_one_is_active(
+    served: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names: list[str] = []
+
+    def run(request: Any, *_: Any, **__: Any) -> Any:
+        names.extend(request.names)
+        return request
+
+    monkeypatch.setattr("twbr_estimation.drives.request.RunRequest.runs", run)
+    monkeypatch.setattr("twbr_estimation.dashboard.recorded.RecordedSource", lambda *_: None)
+    assert main(["view", BAG, "--filter", "all"]) == 0
+    assert names[0] == DEFAULT_FILTER
+    assert len(names) == len(set(names)) > 10

@@ -1,4 +1,4 @@
-"""Serve the page for a robot that is made up: `fake_page.py PORT [read-only|everywhere]`."""
+"""Serve the page for a robot that is made up: `fake_page.py PORT [read-only|everywhere|two]`."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class FakeRobot(Source):
     on_request = ("raw",)
     wanted: Sequence[str] = ()
 
-    def __init__(self) -> None:
-        self.name, self.telemetry = f"fake {MARKUP}", Telemetry()
+    def __init__(self, name: str = f"fake {MARKUP}") -> None:
+        self.name, self.telemetry, self.lost = name, Telemetry(), False
         self.is_open, self.commands, self.changes = False, list[tuple[float, float]](), 0
         self._values: dict[str, Any] = {
             "filter": "kalman",
@@ -78,7 +78,7 @@ class FakeRobot(Source):
         return [StreamRate("imu/data", 200.0, 0.001, 0.1), StreamRate("never", 0.0, math.inf)]
 
     def nodes(self) -> Sequence[str]:
-        return ["filter_node", "mute_node"]
+        return ["mute_node"] if self.lost else ["filter_node", "mute_node"]
 
     def revision(self, node: str) -> int:
         return self.changes
@@ -105,9 +105,10 @@ class FakeRobot(Source):
         return ShownOutcome(True, f"{name} is {value}")
 
     def actions(self) -> Sequence[str]:
-        return ("calibrate",)
+        return ("calibrate", "find" if self.lost else "lose")
 
     async def act(self, action: str) -> ShownOutcome:
+        self.lost = action == "lose"
         return ShownOutcome(True, f"{action} done")
 
     def drive(self, speed: float, yaw_rate: float) -> None:
@@ -126,4 +127,5 @@ class FakeRobot(Source):
 if __name__ in {"__main__", "__mp_main__"}:
     host = "0.0.0.0" if "everywhere" in sys.argv else "127.0.0.1"
     settings = ServerSettings(host, int(sys.argv[1]), read_only="read-only" in sys.argv)
-    serve([FakeRobot()], settings.secured(), lambda at: print(at, flush=True))
+    robots = [FakeRobot(), FakeRobot("other")] if "two" in sys.argv else [FakeRobot()]
+    serve(robots, settings.secured(), lambda at: print(at, flush=True))

@@ -240,6 +240,7 @@ def test_a_lost_node_is_said(scene: Scene) -> None:
     said(scene.browser, "stale: no tilt arrives")
     said(scene.browser, "filter_node silent")
     seen(scene, "filter_node: silent for")
+    seen(scene, "filter_node is lost")
 
 
 def test_a_recording_is_looked_at_with_a_slider(tmp_path: Path) -> None:

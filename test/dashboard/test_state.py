@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from twbr_estimation.dashboard.source import Status, StreamRate
-from twbr_estimation.dashboard.state import SILENT_AFTER, losses, state_in_words
+from twbr_estimation.dashboard.state import SILENT_AFTER, losses, name_within, state_in_words
 
 FILTER = Status("filter_node", "OK", "estimating", {"lost_samples": "0"}, 0.5)
 BALANCING = Status("controller_node", "OK", "balancing with pid", {}, 0.5)
@@ -57,3 +57,23 @@ def test_wheels_that_the_filter_ignores_are_said_while_the_robot_balances() -> N
     lifted = Status("filter_node", "WARN", "wheels ignored: lifted", {}, 0.5)
     words, level = state_in_words([lifted, BALANCING], False, True)
     assert words == "balancing with pid; wheels ignored: lifted" and level == "WARN"
+
+
+@pytest.mark.parametrize(
+    ("space", "full_name", "name"),
+    [
+        ("", "filter_node", "filter_node"),
+        ("/", "/filter_node", "filter_node"),
+        ("", "second/filter_node", None),
+        ("/second", "second/filter_node", "filter_node"),
+        ("/second", "filter_node", None),
+        ("/second", "second/arm/servo", None),
+        ("/second", "secondary/filter_node", None),
+        ("", "imu: rate in/out", "imu: rate in/out"),
+        ("/second", "second/imu: rate", "imu: rate"),
+    ],
+)
+def test_diagnostics_belong_to_the_robot_of_their_namespace(
+    space: str, full_name: str, name: str | None
+) -> None:
+    assert name_within(space, full_name) == name

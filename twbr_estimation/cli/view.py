@@ -6,6 +6,7 @@ import argparse
 from dataclasses import replace
 from typing import Any
 
+from ..configuration.filter_settings import DEFAULT_FILTER
 from ..printing.text import say
 from .arguments import add_request, request_of
 
@@ -37,6 +38,9 @@ def run(arguments: argparse.Namespace) -> int:
     request = request_of(arguments)
     if not arguments.filter:
         request = replace(request, names=FEW)
+    elif arguments.filter[0] == "all":  # no order was given
+        first = [name for name in request.names if name == DEFAULT_FILTER]
+        request = replace(request, names=tuple(dict.fromkeys([*first, *request.names])))
     settings = ServerSettings(arguments.host, arguments.port, arguments.token).secured()
     running = ", ".join(request.names)
     say(f"running {running} on {', '.join(map(str, arguments.bags))}", error=True, flush=True)

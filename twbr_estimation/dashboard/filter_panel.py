@@ -27,6 +27,7 @@ class FilterPanel:
         self._source = source
         self._notices = Notices()
         self._chosen, self._revision = source.active, -1
+        self._read_only, self._present = read_only, True
         ui.label("Filters").classes("text-subtitle1")
         self._choice = ui.select([], label="active filter", on_change=self._on_choice)
         self._choice.classes("w-full").props("data-mark=filter")
@@ -43,8 +44,10 @@ class FilterPanel:
 
     async def _look(self) -> None:
         """Read which filter is active where the node has changed."""
+        present = FILTER_NODE in self._source.nodes()
+        self._offer(present)
         revision = self._source.revision(FILTER_NODE)
-        if FILTER_NODE not in self._source.nodes() or revision == self._revision:
+        if not present or revision == self._revision:
             return
         try:
             found = {each.name: each for each in await self._source.parameters(FILTER_NODE)}
@@ -54,6 +57,17 @@ class FilterPanel:
         if FILTER in found:
             self._take(str(found[FILTER].value))
             self._choice.set_options(list(found[FILTER].choices), value=self._chosen)
+
+    def _offer(self, present: bool) -> None:
+        """Let the filter be chosen while its node is there; one that is back is read anew."""
+        if present == self._present:
+            return
+        self._present, self._revision = present, -1
+        self._choice.set_enabled(present and not self._read_only)
+        if present:
+            self._choice.props(remove="hint")
+        else:
+            self._choice.props(f'hint="{FILTER_NODE} is not found"')
 
     def _take(self, name: str) -> None:
         """Clear the figures where another filter has become the active one."""

@@ -19,6 +19,8 @@ from .telemetry import DEGREES, Pose
 COLORS = {"OK": "positive", "WARN": "warning", "ERROR": "negative", "STALE": "grey"}
 REFRESH = 0.5
 """Time between two updates of the state in words [s]; tables and lists take twice as long."""
+SCENE_HEIGHT = 260
+"""Of the drawn robot [px]."""
 GHOST = "#9e9e9e"
 OTHERS = ["#8e24aa", "#7cb342", "#d81b60", "#6d4c41", "#fbc02d", "#00838f", "#5e35b1"]
 """Of the traces that `live.js` gives no colour: the compared filters."""
@@ -27,6 +29,9 @@ STYLE = """
 .nicegui-content .q-card { min-width: 0 }
 .q-table th, .q-table td { padding: 4px 6px !important; overflow-wrap: anywhere }
 .q-table th { white-space: normal }
+.q-tab-panels { overflow: clip } .q-tab-panels .q-panel.scroll { overflow: visible }
+.twbr-header { position: sticky; top: 0; z-index: 10; padding: 4px 0; background: #fff }
+.body--dark .twbr-header { background: var(--q-dark-page) }
 .twbr-state { white-space: normal; line-height: 1.3; text-align: left; padding: 4px 8px }
 .twbr-pad { position: relative; width: 96px; height: 96px; border-radius: 50%; flex: none;
   background: rgba(25, 118, 210, 0.15); touch-action: none; cursor: pointer }
@@ -96,11 +101,11 @@ class RobotView:
         background_tasks.create(begin(), name="start of the pictures")
 
     def _header(self) -> None:
-        with ui.row().classes("w-full items-center"):
+        with ui.row().classes("twbr-header w-full items-center gap-x-4 gap-y-0"):
             ui.label(self._source.name).classes("text-h6")
             self._chip = ui.badge("").classes("text-body1 twbr-state").props("data-mark=state")
             self._tilt = ui.label("").props("data-mark=tilt")
-            self._late = ui.label("").classes("text-warning text-bold").props("data-mark=late")
+            self._late = ui.label("").classes("text-orange-9 text-bold").props("data-mark=late")
 
     def _refresh(self) -> None:
         self._tilt.set_text(_in_numbers(self._source.telemetry.pose))
@@ -132,9 +137,8 @@ class RobotView:
         radius, width, height = size.wheel_radius, size.track_width, size.body_height
         scale = 1.0 / (height + 2.0 * radius)
         radius, width, height = scale * radius, scale * width, scale * height
-        with ui.scene(height=260, grid=(4, 20), background_color="#f5f5f5").classes(
-            "w-full"
-        ) as scene:
+        with ui.scene(height=SCENE_HEIGHT, grid=(4, 20), background_color="#f5f5f5") as scene:
+            scene.classes("w-full").style(f"height: {SCENE_HEIGHT}px")
             scene.move_camera(x=0.35, y=-1.25, z=0.75, look_at_z=0.45, duration=0.0)
             parts = []
             for color, opacity in ((None, 1.0), (GHOST, 0.35)):

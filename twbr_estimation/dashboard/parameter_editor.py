@@ -33,13 +33,13 @@ class ParameterEditor:
         self._info, self._value = info, info.value
         self._change, self._refuse = change, refuse
         self._slider: ui.slider | None = None
+        self._disabled = disabled
         with ui.column().classes("w-full gap-0"):
             self._element = self._build(disabled)
             self._element.props(f'data-mark="{info.name}"')
             if info.description:
                 ui.label(info.description).classes("text-caption text-grey")
-        if disabled:
-            self._element.disable()
+        self.set_enabled(True)
 
     def set(self, value: Any) -> None:
         """Show the value in force; a text that was refused goes back to it."""
@@ -48,6 +48,12 @@ class ParameterEditor:
         self._element.set_value(value if plain else text_of_value(value))
         if self._slider is not None:
             self._slider.set_value(value)
+
+    def set_enabled(self, enabled: bool) -> None:
+        """Let the value be changed, or not; one that is only shown never can."""
+        for each in (self._element, self._slider):
+            if each is not None:
+                each.set_enabled(enabled and not self._disabled)
 
     def _build(self, disabled: bool) -> Any:
         info = self._info

@@ -32,11 +32,14 @@ class ParameterPanel:
         self._read: object = None
         """Node and revision that are shown."""
         self._shown_node = ""
+        self._lost = ""
+        """The chosen node where it is no longer in the graph."""
         ui.label("Parameters").classes("text-subtitle1")
         with ui.row().classes("w-full items-center no-wrap"):
-            self._node = ui.select([], label="node", on_change=lambda: self._load()).classes("grow")
+            self._node = ui.select({}, label="node", on_change=lambda: self._load()).classes("grow")
             self._node.props("data-mark=node")
             ui.button(icon="refresh", on_click=lambda: self._load()).props("flat dense")
+        self._reason = ui.label("").classes("text-orange-9").props("data-mark=lost")
         self._search = ui.input("search", on_change=self._fill).classes("w-full")
         self._search.props("clearable dense data-mark=search")
         self._all = ui.switch("all filters and controllers", on_change=self._fill)
@@ -47,20 +50,39 @@ class ParameterPanel:
 
     async def _look(self) -> None:
         """Find the nodes; read again what has changed."""
-        names = list(self._source.nodes())
-        if names != self._node.options:
-            chosen = self._node.value if self._node.value in names else None
-            preferred = FILTER_NODE if FILTER_NODE in names else None
-            self._node.set_options(names, value=chosen or preferred)
+        self._list_nodes()
         node = self._node.value
-        if node and (node, self._source.revision(node)) != self._read:
+        if node and not self._lost and (node, self._source.revision(node)) != self._read:
             await self._load(aloud=False)
+
+    def _list_nodes(self) -> None:
+        """Offer the nodes; the chosen one stays where it is lost, with its last values."""
+        names, node = list(self._source.nodes()), self._node.value
+        self._mark_lost(node if node and node not in names else "")
+        options = {each: each for each in names}
+        if self._lost:
+            options[self._lost] = f"{self._lost} (lost)"
+        if options != self._node.options:
+            preferred = FILTER_NODE if FILTER_NODE in names else None
+            self._node.set_options(options, value=node or preferred)
+
+    def _mark_lost(self, node: str) -> None:
+        """Disable the values of a node that is lost; one that is back is read anew."""
+        if node == self._lost:
+            return
+        self._lost, self._read = node, None
+        reason = f"{node} is lost; its last values are shown and cannot be changed"
+        self._reason.set_text(reason if node else "")
+        for editor in self._editors.values():
+            editor.set_enabled(not node)
 
     async def _load(self, aloud: bool = True) -> None:
         """Read the parameters of the node; `aloud` shows why it does not answer."""
         node = self._node.value
         if not node:
             return
+        if node != self._lost:
+            self._list_nodes()
         read = node, self._source.revision(node)
         try:
             self._found = list(await self._source.parameters(node))
@@ -110,7 +132,9 @@ class ParameterPanel:
 
     def _editor(self, info: ParameterInfo) -> ParameterEditor:
         disabled = self._read_only or info.read_only
-        return ParameterEditor(info, disabled, self._change, self._refuse)
+        editor = ParameterEditor(info, disabled, self._change, self._refuse)
+        editor.set_enabled(not self._lost)
+        return editor
 
     def _refuse(self, name: str, reason: str) -> None:
         self._notices.show(ShownOutcome(False, f"{name}: {reason}"))

@@ -15,6 +15,18 @@ LOST = ("lost", "unreadable", "dropped", "missed", "not_finite", "timeouts")
 """What the names of counters have in them that count losses."""
 
 
+def name_within(space: str, full_name: str) -> str | None:
+    """Return what diagnostics are called within a namespace; None for those of another one.
+
+    Args:
+        space: Namespace of a robot; "" for the root, in which that of another robot may lie.
+        full_name: Node with its namespace; ": part" may follow, whose slashes do not count.
+    """
+    node, colon, part = full_name.lstrip("/").partition(":")
+    where, _, name = node.rpartition("/")
+    return f"{name}{colon}{part}" if where == space.strip("/") else None
+
+
 def state_in_words(statuses: Sequence[Status], silent: bool, valid: bool | None) -> tuple[str, str]:
     """Return one line about the robot, and its level.
 

@@ -66,8 +66,7 @@ class DashboardNode(GuardedNode):
         )
         names = self.settings.robots or ("",)
         self.robots = [
-            GraphRobot(self, self._taker, name, self.settings.record_folder, names)
-            for name in names
+            GraphRobot(self, self._taker, name, self.settings.record_folder) for name in names
         ]
 
     def destroy_node(self) -> None:

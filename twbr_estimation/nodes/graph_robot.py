@@ -16,7 +16,7 @@ from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from ..dashboard.source import ParameterInfo, ShownOutcome, ShownRobot, Source, Status, StreamRate
-from ..dashboard.state import RANK, SILENT_AFTER, state_in_words
+from ..dashboard.state import RANK, SILENT_AFTER, name_within, state_in_words
 from ..dashboard.telemetry import ACTIVE, Telemetry
 from ..errors import TwbrError
 from ..ros_messages import ORIENTATION, ORIENTATION_COVARIANCE, tilt_of_quaternion
@@ -55,9 +55,7 @@ class GraphRobot(Source):
     live = True
     on_request = tuple(DRAWN_ON_REQUEST)
 
-    def __init__(
-        self, node: Node, taker: Node, namespace: str, folder: str, others: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, node: Node, taker: Node, namespace: str, folder: str) -> None:
         """Prepare; nothing fast is received until `open`.
 
         Args:
@@ -65,12 +63,9 @@ class GraphRobot(Source):
             taker: Node whose subscriptions no executor serves.
             namespace: Of the robot's nodes; empty for that of `node`.
             folder: Folder for recordings.
-            others: Namespaces of the robots beside it; one may lie within that of this robot.
         """
         self._space = f"/{namespace.strip('/')}" if namespace else node.get_namespace()
         self._space = self._space.rstrip("/")
-        own, beside = f"{self._space}/", [f"/{each.strip('/')}/" for each in others if each]
-        self._others = tuple(each for each in beside if each != own and each.startswith(own))
         self.name = self._space.lstrip("/") or "robot"
         self.telemetry = Telemetry()
         self._node, self._taker = node, taker
@@ -91,10 +86,9 @@ class GraphRobot(Source):
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = time.monotonic()
         for status in message.status:
-            node = f"/{status.name}"
-            if not node.startswith(f"{self._space}/") or node.startswith(self._others):
+            name = name_within(self._space, status.name)
+            if name is None:
                 continue
-            name = node.removeprefix(f"{self._space}/")
             values = {item.key: item.value for item in status.values}
             level = LEVELS.get(status.level, "STALE")
             self._statuses[name] = (now, Status(name, level, status.message, values))

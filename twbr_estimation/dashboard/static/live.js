@@ -77,6 +77,7 @@ class Robot {
     this.known = "";
     this.tips = null;
     this.pictures = [];
+    this.sizes = new ResizeObserver(() => this.fit());
     this.judging = setInterval(() => this.judge(), 1000);
     this.pad = new Pad(ids.pad === null ? null : getHtmlElement(ids.pad), (command) => this.say({ drive: command }));
     this.connect();
@@ -158,6 +159,7 @@ class Robot {
   draw() {
     if (this.closed) return;
     requestAnimationFrame(() => this.draw());
+    this.watch();
     if (!this.dirty || document.hidden) return;
     this.dirty = false;
     const now = performance.now();
@@ -238,6 +240,20 @@ class Robot {
     }
   }
 
+  // A resized window gives the scene of a hidden tab no size; it gets one when the tab is shown.
+  watch() {
+    const element = getHtmlElement(this.ids.scene);
+    if (!element || element === this.watched) return;
+    this.watched = element;
+    this.sizes.disconnect();
+    this.sizes.observe(element);
+  }
+
+  fit() {
+    const scene = getElement(this.ids.scene);
+    if (this.watched.clientWidth && scene?.renderer) scene.resize();
+  }
+
   drawPose() {
     const scene = getElement(this.ids.scene);
     const { tilt, roll, heading, wheel, reference } = this.pose;
@@ -257,6 +273,7 @@ class Robot {
   close() {
     this.closed = true;
     clearInterval(this.judging);
+    this.sizes.disconnect();
     this.pad.close();
     this.socket?.close();
   }
