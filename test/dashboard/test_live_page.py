@@ -216,12 +216,11 @@ def test_it_fits_a_phone(scene: Scene) -> None:
 
 def test_the_other_robot_has_a_tab_of_its_own(scene: Scene) -> None:
     tab = f"[...document.querySelectorAll('.q-tab')].find(e => e.innerText.includes('{SECOND}'))"
-    scene.browser.evaluate(f"{tab}.click()")
-    until(scene, "twbr.robots.get(1)?.traces.get('reference')?.length > 3")
+    shown = f"{tab} && ({tab}.click(), twbr.robots.has(1))"  # anew where the page loads anew
+    until(scene, f"{shown} && twbr.robots.get(1).traces.get('reference')?.length > 3")
     seen(scene, "simulator_node: held until a motor command")
-    until(
-        scene, "getElement(twbr.robots.get(1).ids.scene).objects.has(twbr.robots.get(1).ids.body)"
-    )
+    body = "objects.has(twbr.robots.get(1).ids.body)"
+    until(scene, f"{shown} && getElement(twbr.robots.get(1).ids.scene)?.{body}")
     until(scene, "!document.body.innerText.includes('balancing')")
     choose(scene.browser, "node", "simulator_node")
     until(scene, f"{mark('push_force')} !== null")
