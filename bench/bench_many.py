@@ -5,7 +5,8 @@
 All filters run on short simulated recordings by `twbr evaluate`. The efficiency of two processes
 is the CPU time that one process takes for everything over that of two with their parent: on a
 machine that others use, the clock shows the others, too. The figures of all runs must be equal to
-the last bit, with a worker killed and the scheduler restarted on the way.
+the last bit, with a worker killed and the scheduler restarted on the way, and in a run that is cut
+and started again. A run that is repeated must add nothing to its table.
 """
 
 from __future__ import annotations
@@ -102,6 +103,27 @@ def wait_for_rows(table: Path, share: float, expected: int) -> None:
         time.sleep(0.1)
 
 
+def cut_and_continued(places: list[Path], folder: Path, expected: int) -> tuple[int, Run]:
+    """Kill a run on two workers on the way and start it again.
+
+    Returns:
+        Rows that the first run left, and the second run, of which `figures` are those of both.
+    """
+    table = folder / "cut.jsonl"
+    command = [sys.executable, "-m", "twbr_estimation.cli.main", "evaluate", *map(str, places)]
+    process = subprocess.Popen(
+        [*command, "--results", str(table), "--jobs", "2"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    wait_for_rows(table, 0.4, expected)
+    process.kill()
+    process.wait()
+    cpu_of_orphans()
+    left = table.read_bytes().count(b"\n")
+    return left, evaluated(places, table, "--jobs", "2")
+
+
 def with_accidents(places: list[Path], folder: Path, expected: int) -> Run | None:
     """Evaluate on a cluster, kill a worker on the way and restart the scheduler."""
     try:
@@ -142,19 +164,32 @@ def main() -> int:
         quarter = evaluated(places[: len(places) // 4], folder / "quarter.jsonl", "--jobs", "1")
         one = evaluated(places, folder / "one.jsonl", "--jobs", "1")
         two = evaluated(places, folder / "two.jsonl", "--jobs", "2")
+        before = (folder / "two.jsonl").read_bytes()
         repeated = evaluated(places, folder / "two.jsonl", "--jobs", "2")
+        unchanged = (folder / "two.jsonl").read_bytes() == before
+        left, continued = cut_and_continued(places, folder, len(one.figures))
         many = with_accidents(places, folder, len(one.figures))
-    return report(quarter, one, two, repeated, many)
+    again = report_again(one, repeated, unchanged, left, continued)
+    return report(quarter, one, two, many) | again
 
 
-def report(quarter: Run, one: Run, two: Run, repeated: Run, many: Run | None) -> int:
+def report_again(one: Run, repeated: Run, unchanged: bool, left: int, continued: Run) -> int:
+    """Print how runs that are repeated and continued went, and return 1 where not as required."""
+    print(f"many recordings, {len(one.figures)} parts (recordings x filters):")
+    print(f"  repeated: {repeated.cpu:.1f} s of CPU")
+    print(f"  killed after {left} rows and started again: {continued.cpu:.1f} s of CPU")
+    same = continued.figures == one.figures
+    row("table of a repeated run", "unchanged" if unchanged else "CHANGED", "unchanged")
+    row("figures of a run that is cut and continued", "equal" if same else "DIFFER", "equal")
+    return 0 if unchanged and same else 1
+
+
+def report(quarter: Run, one: Run, two: Run, many: Run | None) -> int:
     """Print the figures and return 1 where one is not as required."""
     efficiency, growth = one.cpu / two.cpu, one.memory / quarter.memory
     same = one.figures == two.figures and (many is None or many.figures == one.figures)
-    print(f"many recordings, {len(one.figures)} parts (recordings x filters):")
     print(f"  one process {one.clock:.1f} s, {one.cpu:.1f} s of CPU, {one.memory:.0f} MB")
     print(f"  two processes {two.clock:.1f} s, {two.cpu:.1f} s of CPU with their parent")
-    print(f"  repeated: {repeated.cpu:.1f} s of CPU")
     said = "left out" if many is None else f"{many.clock:.1f} s"
     print(f"  cluster, a worker killed and the scheduler restarted: {said}")
     by_clock = one.clock / (2.0 * two.clock)
