@@ -14,6 +14,7 @@ from twbr_estimation.filters.inertial.clipping import (
     rate_of_wheels,
     unseen_turn,
 )
+from twbr_estimation.filters.inertial.first_wheel_check import first_checked, passed_first
 from twbr_estimation.filters.inertial.gravity import begin_gravity, weighed
 from twbr_estimation.filters.inertial.learnt import (
     begin_memory,
@@ -22,7 +23,7 @@ from twbr_estimation.filters.inertial.learnt import (
     remembered,
     strangeness,
 )
-from twbr_estimation.filters.inertial.navigation import Navigation
+from twbr_estimation.filters.inertial.navigation import Navigation, read
 from twbr_estimation.filters.inertial.restart import begin_navigation
 from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
 from twbr_estimation.filters.inertial.vertical import (
@@ -147,3 +148,28 @@ def test_condemned_wheels_are_ignored_and_a_relapse_takes_longer_to_prove() -> N
     again = condemned(check._replace(trust=believed_again))
     assert again.trust.needed == RELAPSE_FACTOR * check.trust.needed
     assert condemned(again) == again
+
+
+@pytest.mark.parametrize(
+    ("factor", "right"), [(1.0, True), (-1.0, False), (2.0, False), (57.3, False)]
+)
+def test_wheels_that_are_wrong_from_the_start_are_condemned_by_their_first_move(
+    factor: float, right: bool
+) -> None:
+    entry = filter_named("ins_odometer")
+    geometry = entry.derive(entry.configure(), Robot()).geometry
+    nav, check = begin_navigation((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), begin_check()
+    turn = 2.0 * math.pi
+    for k in range(round(2.0 / DT)):
+        time = k * DT
+        forward = 4.0 * math.sin(turn * time)
+        travelled = 4.0 * (time - math.sin(turn * time) / turn) / turn
+        reading = sample(
+            accel_x=forward, wheel_angle=factor * travelled / geometry.wheel_radius, wheel_count=2.0
+        )
+        now = read(nav, (0.0, 0.0, 0.0), reading)
+        check = first_checked(check, reading, now, LEVEL, 0.0, geometry, False, False)
+        if passed_first(check):
+            break
+    assert passed_first(check)
+    assert (check.trust.ignored == 0.0) is right

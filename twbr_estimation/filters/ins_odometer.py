@@ -9,7 +9,8 @@ Wheels are checked at every sample (`wheel_check`); while they contradict the ac
 are ignored, and the navigation begins again from a vertical that has never seen them
 (`vertical`) where it contradicts that, with what it had learnt before. They are ignored as well
 where they led the navigation away from that vertical, or made it learn errors of the sensors that
-no calibration leaves (`learnt`). A body that lies still is
+no calibration leaves (`learnt`). Until wheels have been right for the first time they are compared
+with the accelerometer by that vertical, too (`first_wheel_check`). A body that lies still is
 recognised by gyro and accelerometer (`stillness`), and the vertical is then where the
 accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
@@ -58,6 +59,7 @@ from .inertial.clipping import (
 )
 from .inertial.error_growth import propagated
 from .inertial.error_state import ATTITUDE, DISTANCE, GYRO_BIAS, STATES, VELOCITY, Array
+from .inertial.first_wheel_check import first_checked, passed_first
 from .inertial.gravity import FeltGravity, begin_gravity, weighed
 from .inertial.learnt import LearntBefore, begin_memory, remembered, strangeness
 from .inertial.navigation import (
@@ -87,6 +89,7 @@ from .inertial.vertical import (
     agreed,
     at_rest,
     begin_vertical,
+    body_by,
     contradicts_rest,
     followed,
     off_level,
@@ -149,6 +152,7 @@ class State(NamedTuple):
     vertical: Vertical
     stillness: Stillness
     check: WheelCheck
+    first_check: WheelCheck
     memory: LearntBefore
     clipping: Clipping
     gravity: FeltGravity
@@ -180,6 +184,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         vertical=begin_vertical(now.force, bias, variance),
         stillness=begin_stillness(sample),
         check=begin_check(),
+        first_check=begin_check(),
         memory=begin_memory(nav),
         clipping=begin_clipping(sample),
         gravity=begin_gravity(),
@@ -216,6 +221,13 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         vertical = agreed(vertical, sample.dt)
     blinded = unseen > 0.0 or is_saturated(sample)
     variance, left = _navigation_variance(state), nav.lever_left
+    check = checked(state.check, sample, now, variance, left, geometry, still, blinded)
+    first = state.first_check
+    if not passed_first(first):
+        body = body_by(vertical, now.body)
+        first = first_checked(first, sample, now, body, left, geometry, still, blinded)
+        if first.trust.ignored > 0.0:
+            check = condemned(check)
     moved = State(
         tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
         rate=now.rate[1],
@@ -227,7 +239,8 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         aiding=watched(state.aiding, sample),
         vertical=vertical,
         stillness=stillness,
-        check=checked(state.check, sample, now, variance, left, geometry, still, blinded),
+        check=check,
+        first_check=first,
         memory=state.memory,
         clipping=clipping,
         gravity=gravity,
@@ -320,6 +333,7 @@ def _compared(
         vertical=vertical,
         stillness=moved.stillness,
         check=check,
+        first_check=moved.first_check,
         memory=remembered(moved.memory, fixed, sound, time),
         clipping=moved.clipping,
         gravity=moved.gravity,

@@ -263,6 +263,15 @@ def levelling(vertical: Vertical) -> Quaternion:
     return rotation_of((angle * y / across, -angle * x / across, 0.0))
 
 
+def body_by(vertical: Vertical, body: Matrix) -> Matrix:
+    """Return the attitude of the body in axes that are level by the vertical."""
+    level = matrix_of(levelling(vertical))
+    a, d, g = rotated(level, (body[0], body[3], body[6]))
+    b, e, h = rotated(level, (body[1], body[4], body[7]))
+    c, f, i = rotated(level, (body[2], body[5], body[8]))
+    return a, b, c, d, e, f, g, h, i
+
+
 def levelled(vertical: Vertical, level: Quaternion) -> Vertical:
     """Return the vertical in axes that `levelling` has turned."""
     force = rotated(matrix_of(level), vertical.force)

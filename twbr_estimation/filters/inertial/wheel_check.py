@@ -17,7 +17,7 @@ from ...samples import CorrectedSample
 from .aiding import Geometry
 from .encoder_steps import FIRST_STEP, Steps, stepped
 from .navigation import InertialReading
-from .strapdown import heading_of, rotated, tilt_of
+from .strapdown import Matrix, Vector, heading_of, rotated, tilt_of
 
 SMOOTHED = 0.03
 """Time over which both velocities are averaged [s]."""
@@ -149,7 +149,7 @@ def trustworthy(check: WheelCheck) -> bool:
 
 def restarted(check: WheelCheck) -> WheelCheck:
     """Return the check with velocities that begin afresh, as the attitude was replaced."""
-    return _with(check, 0.0, check.trust)
+    return with_trust(check, 0.0, check.trust)
 
 
 def condemned(check: WheelCheck) -> WheelCheck:
@@ -157,10 +157,10 @@ def condemned(check: WheelCheck) -> WheelCheck:
     trust = check.trust
     if trust.ignored > 0.0:
         return check
-    return _with(check, check.known, _ignoring(trust, 0.0, trust.doubted))
+    return with_trust(check, check.known, ignoring(trust, 0.0, trust.doubted))
 
 
-def _ignoring(trust: Trust, proven: float, doubted: float) -> Trust:
+def ignoring(trust: Trust, proven: float, doubted: float) -> Trust:
     """Return the trust that begins to ignore the wheels."""
     needed = trust.needed
     if trust.total > 0.0 and trust.since < RELAPSE:
@@ -168,7 +168,7 @@ def _ignoring(trust: Trust, proven: float, doubted: float) -> Trust:
     return Trust(proven, doubted, 1.0, 0.0, trust.total, needed)
 
 
-def _with(check: WheelCheck, known: float, trust: Trust) -> WheelCheck:
+def with_trust(check: WheelCheck, known: float, trust: Trust) -> WheelCheck:
     """Return the same velocities and squares with another trust; see `WheelCheck`."""
     return WheelCheck(
         known,
@@ -215,7 +215,39 @@ def checked(
         still: whether the body lies still.
         blinded: whether a sensor was clipped, or silent, at this sample.
     """
-    dt, body, rate, before = sample.dt, now.body, now.rate, check.velocities
+    moved_on = compared(
+        check, sample, now.body, now.rate, BAND, variance, lever_left, geometry, still, blinded
+    )
+    if moved_on.waiting > 0.0:
+        return moved_on
+    least = least_square(moved_on, sample.dt, geometry)
+    return _judged(moved_on, least, least + PER_TILT * PER_TILT * moved_on.unsure, sample.dt)
+
+
+def least_square(check: WheelCheck, dt: float, geometry: Geometry) -> float:
+    """Return the square of a velocity that counts for nothing, where the vertical is known."""
+    step = geometry.wheel_radius * check.steps.size / STEP_TIME
+    between = BETWEEN * dt
+    return SMALLEST * SMALLEST + step * step + between * between
+
+
+def compared(
+    check: WheelCheck,
+    sample: CorrectedSample,
+    body: Matrix,
+    rate: Vector,
+    left_out: float,
+    variance: float,
+    lever_left: float,
+    geometry: Geometry,
+    still: bool,
+    blinded: bool,
+) -> WheelCheck:
+    """Return the check with velocities and squares one sample later; nothing is judged.
+
+    Slower changes than in `left_out` [s] are left out, twice; see `checked` for the others.
+    """
+    dt, before = sample.dt, check.velocities
     wheel_radius, lever = geometry.wheel_radius, geometry.lever
     lever = (lever[0], lever[1] + lever_left, lever[2])
     forward, left = heading_of(body)
@@ -241,7 +273,7 @@ def checked(
             before.felt_smooth,
         )
         return _paused(check, afresh, blinded, sample)
-    smooth, band = dt / (SMOOTHED + dt), dt / (BAND + dt)
+    smooth, band = dt / (SMOOTHED + dt), dt / (left_out + dt)
     unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     fresh = still and check.waiting > 0.0
     moved = smooth * (distance - before.travelled)
@@ -257,7 +289,13 @@ def checked(
     felt_smooth = before.felt_smooth + smooth * (felt - before.felt_smooth)
     if fresh:  # a body that lies still has not accelerated, however unsure its vertical is
         unsure = felt = felt_mean = felt_smooth = 0.0
-    moved_on = WheelCheck(
+    slow, fast = check.slow, check.fast
+    if check.waiting - dt <= 0.0:
+        difference = rolled - felt_smooth
+        squares = (difference * difference, rolled * rolled, felt_smooth * felt_smooth)
+        slow = _averaged(slow, squares, dt / SLOW)
+        fast = _averaged(fast, squares, dt / FAST)
+    return WheelCheck(
         known=1.0,
         velocities=Velocities(
             before.travelled + moved,
@@ -270,19 +308,13 @@ def checked(
             felt,
             felt_smooth,
         ),
-        slow=check.slow,
-        fast=check.fast,
+        slow=slow,
+        fast=fast,
         waiting=check.waiting - dt,
         trust=_later(check.trust, dt),
         steps=stepped(check.steps, sample.wheel_angle),
         unsure=unsure,
     )
-    if moved_on.waiting > 0.0:
-        return moved_on
-    step = wheel_radius * moved_on.steps.size / STEP_TIME
-    between = BETWEEN * dt
-    least = SMALLEST * SMALLEST + step * step + between * between
-    return _judged(moved_on, rolled, least, least + PER_TILT * PER_TILT * unsure, dt)
 
 
 def _paused(
@@ -301,23 +333,16 @@ def _paused(
     )
 
 
-def _judged(
-    check: WheelCheck, rolled: float, least: float, nothing: float, dt: float
-) -> WheelCheck:
-    """Average the squares and judge.
+def _judged(check: WheelCheck, least: float, nothing: float, dt: float) -> WheelCheck:
+    """Judge by the squares.
 
     Args:
-        check: averages up to the sample before.
-        rolled: velocity by the wheels [m/s].
+        check: with the squares of this sample.
         least: square of a velocity that counts for nothing, where the vertical is known.
         nothing: the same with what the vertical is unsure by.
         dt: [s].
     """
-    felt, trust = check.velocities.felt_smooth, check.trust
-    difference = rolled - felt
-    squares = (difference * difference, rolled * rolled, felt * felt)
-    slow = _averaged(check.slow, squares, dt / SLOW)
-    fast = _averaged(check.fast, squares, dt / FAST)
+    slow, fast, trust = check.slow, check.fast, check.trust
     slow_share = slow[0] / (nothing + max(slow[1], slow[2]))
     fast_share = fast[0] / (nothing + max(fast[1], fast[2]))
     doubted, lasting = trust.doubted, trust.proven
@@ -333,7 +358,7 @@ def _judged(
         doubted = 0.0
     trust = Trust(lasting, doubted, trust.ignored, trust.since, trust.total, trust.needed)
     if trust.ignored == 0.0 and slow_share > _limit(trust) and slow[0] > EVIDENCE * least:
-        trust = _ignoring(trust, lasting, doubted)
+        trust = ignoring(trust, lasting, doubted)
     elif trust.ignored > 0.0 and lasting > trust.needed:
         trust = Trust(lasting, doubted, 0.0, 0.0, trust.total, trust.needed)
         slow = fast
