@@ -115,8 +115,9 @@ def _estimates(each: TuningSet, values: Settings) -> Estimates:
 
 def _scores(each: TuningSet, values: Settings) -> dict[tuple[str, str], Score]:
     stamps = each.samples.stamps
-    association = Association(TiltTrack(stamps, each.reference))
-    first = int(stamps[each.known][0])
+    reference = np.zeros(stamps.size)
+    reference[each.known] = each.reference
+    association, first = Association(TiltTrack(stamps, reference)), int(stamps[each.known][0])
     return {
         key: score(stamps, tilt, association, first)
         for key, tilt in _estimates(each, values).items()
@@ -142,10 +143,10 @@ def draw(path: Path, plan: Plan, values: Settings) -> None:
     for (plot,), (setting, scene, number) in zip(axes, panels, strict=True):
         each = _recorded(scene, 1, plan)
         found = _estimates(each, values)
-        seconds = (each.samples.stamps - each.samples.stamps[0]) * 1e-9
-        lines = {ACCELEROMETER: found[ACCELEROMETER, ""], "reference": each.reference}
-        lines |= {name: found[name, setting] for name in FILTERS}
-        shown = each.known & (seconds < SETTLED.skip + 20.0)
+        seconds = ((each.samples.stamps - each.samples.stamps[0]) * 1e-9)[each.known]
+        lines = {ACCELEROMETER: found[ACCELEROMETER, ""][each.known], "reference": each.reference}
+        lines |= {name: found[name, setting][each.known] for name in FILTERS}
+        shown = seconds < SETTLED.skip + 20.0
         for (label, tilt), width in zip(lines.items(), (0.4, 1.6, 0.9, 0.9), strict=True):
             plot.plot(seconds[shown], np.degrees(tilt[shown]), label=label, linewidth=width)
         plot.set_title(f"Fig. {number}: {scene}, filters {setting}", loc="left", fontsize="small")
