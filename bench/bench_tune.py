@@ -12,17 +12,18 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
+import yaml
 from rows import row
 
 from twbr_estimation.cli.simulate import write_simulated
 from twbr_estimation.simulation import simulate
 
-REQUIRED = 4.0
-"""On an idle machine of two processors [s]."""
+REQUIRED = "4 s for 60 s on two idle processors"
 
 
-def tuned(bag: Path, jobs: int) -> tuple[float, float, str]:
+def tuned(bag: Path, jobs: int) -> tuple[float, float, dict[str, Any]]:
     """Tune in a process of its own; return time on the clock, CPU time [s] and what was found."""
     target = bag.with_name(f"tuned{jobs}.yaml")
     command = [sys.executable, "-m", "twbr_estimation.cli.main", "tune", str(bag)]
@@ -33,9 +34,10 @@ def tuned(bag: Path, jobs: int) -> tuple[float, float, str]:
     after = os.times()
     cpu = after.children_user + after.children_system
     cpu -= before.children_user + before.children_system
-    lines = target.read_text().splitlines()
-    kept = [line for line in lines if not line.lstrip("# ").startswith(("command:", "date:"))]
-    return time.perf_counter() - begin, cpu, "\n".join(kept)
+    elapsed = time.perf_counter() - begin
+    found = yaml.safe_load(target.read_text())["/**"]["ros__parameters"]
+    found.pop("provenance")  # names command and date
+    return elapsed, cpu, found
 
 
 def main() -> int:
@@ -48,7 +50,11 @@ def main() -> int:
         write_simulated(bag, simulate("paper", 0.002, arguments.seconds, 77))
         one, two = (tuned(bag, jobs) for jobs in (1, 2))
     found = f"{one[1]:.1f} s of CPU in one process; in two {two[0]:.1f} s on the clock"
-    row("tune all filters, 60 s at 500 Hz", found, f"{REQUIRED:g} s on two idle processors")
+    row(
+        f"tune all filters, {arguments.seconds:g} s at 500 Hz",
+        found,
+        REQUIRED,
+    )
     row("tuned values by one process and two", "equal" if one[2] == two[2] else "DIFFER", "equal")
     return 0 if one[2] == two[2] else 1
 
