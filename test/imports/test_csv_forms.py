@@ -163,6 +163,28 @@ def test_names_may_stand_before_each_number(tmp_path: Path, row: str) -> None:
     assert imu.accel[0].tolist() == [4.0, 5.0, 6.0]
 
 
+def test_values_stand_where_their_name_does_and_torn_rows_are_dropped(tmp_path: Path) -> None:
+    row = "t:{},gx:1,gy:2,gz:3,ax:4,ay:5,az:6"
+    turned = "az:6,ay:5,ax:4,gz:3,gy:2,gx:1,t:0.02"
+    torn = ["t:0.03,g:1,gy:2,gz:3,ax:4,ay:5,az:6", "t:0.04,gx:1,gy"]
+    whole = [row.format(0.01 * k) for k in (0, 1)], [row.format(0.01 * k) for k in (5, 6, 7)]
+    imu = imported(
+        tmp_path, "\n".join([*whole[0], turned, torn[0], *whole[1], torn[1]])
+    ).recording.imu
+    assert (np.diff(imu.stamps) / 1e7).tolist() == [1.0, 1.0, 3.0, 1.0, 1.0]
+    assert np.unique(imu.gyro, axis=0).tolist() == [[1.0, 2.0, 3.0]]
+    assert np.unique(imu.accel, axis=0).tolist() == [[4.0, 5.0, 6.0]]
+
+
+def test_labelled_rows_keep_the_times_of_a_serial_monitor(tmp_path: Path) -> None:
+    rows = [f"10:00:0{k}.000 -> gx:{k},gy:2,gz:3,ax:4,ay:5,az:6" for k in range(1, 6)]
+    rows.insert(2, "10:00:02.500 -> calibration done")
+    columns = COLUMNS.replace("time: t, ", "") + "stamps: arrival\n"
+    imu = imported(tmp_path, "\n".join(rows), columns).recording.imu
+    assert imu.gyro[:, 0].tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert (np.diff(imu.stamps) / 1e9).tolist() == [1.0, 1.0, 1.0, 1.0]
+
+
 def test_quoted_numbers_have_decimal_commas_between_commas(tmp_path: Path) -> None:
     text = log_of(["0,00", "0,01"], rest='"0,12","0,2","0,3","1,250",5,6')
     imu = imported(tmp_path, text).recording.imu

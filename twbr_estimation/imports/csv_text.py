@@ -42,7 +42,7 @@ COMMENTS = ("#", "%", "//")
 """What a line begins with that is no row."""
 _FEW = 200  # rows from which the decimal sign is found
 _NUMBER = re.compile(r"\s*[\"']?[+-]?\d")
-MONITOR = re.compile(r"^\s*(\d{1,2}:\d{2}:\d{2}(?:\.\d+)?)\s*->\s*")
+_MONITOR_TIME = re.compile(r"^\s*(\d{1,2}:\d{2}:\d{2}(?:\.\d+)?)\s*->\s*")
 """The time that a serial monitor puts before each line."""
 
 _GROUPS = re.compile(r"\s*[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?\s*")
@@ -110,16 +110,31 @@ def _header(rows: Rows, description: Description) -> int | None:
 def _without_labels(rows: Rows) -> tuple[list[str], Rows]:
     """Return the names that stand before each number, and the rows without them.
 
-    So serial plotters have it, `gx:0.1,gy:0.2`, and lines of JSON. There are no names, and the
-    rows are as they were, where the last row is of another form.
+    So serial plotters have it, `gx:0.1,gy:0.2`, and lines of JSON. Values go where their name
+    stands; what a row lacks is blank, and a row without any is empty. There are no names, and
+    the rows are as they were, where most rows are of another form.
     """
-    last = rows[-1] if rows else []
-    names = [match[1] for field in last if (match := _LABELLED.fullmatch(field))]
-    if not names or len(names) < len(last):
+    names = _labels(rows[:: max(len(rows) // _FEW, 1)])
+    if not names:
         return [], rows
+    bare: Rows = []
+    for row in rows:
+        given = {match[1]: match[2] for field in row if (match := _LABELLED.fullmatch(field))}
+        found = [given.get(name, "") for name in names]
+        bare.append(found if any(found) else [])
+    return names, bare
+
+
+def _labels(rows: Rows) -> list[str]:
+    """Return the names that rows usually have; none where most have a field without one."""
     found = [[_LABELLED.fullmatch(field) for field in row] for row in rows]
-    bare = [[match[2] for match in row if match and match[1] in names] for row in found]
-    return names, [row for row in bare if row]
+    whole = Counter(tuple(match[1] for match in row if match) for row in found if all(row))
+    if 2 * whole.total() <= len(rows):
+        return []
+    numbers = Counter(name for names, number in whole.items() for name in names * number)
+    usual = {name for name, number in numbers.items() if number >= _USUAL_SHARE * len(rows)}
+    first = whole.most_common(1)[0][0]
+    return [name for name in dict.fromkeys((*first, *numbers)) if name in usual]
 
 
 def _without_separator_line(lines: list[str]) -> tuple[list[str], str | None]:
@@ -180,7 +195,7 @@ def _encoding(content: bytes) -> str:
 
 def _without_monitor(lines: list[str]) -> tuple[list[str], list[str]]:
     """Return the lines without a serial monitor's times, and these; most lines must have one."""
-    found = [MONITOR.match(line) for line in lines]
+    found = [_MONITOR_TIME.match(line) for line in lines]
     if 2 * sum(match is not None for match in found) <= len(lines):
         return lines, []
     pairs = zip(lines, found, strict=True)
