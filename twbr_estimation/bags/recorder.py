@@ -7,6 +7,7 @@ messages that were still in memory, up to a megabyte of them, are lost.
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from collections.abc import Mapping
@@ -119,7 +120,7 @@ class BagRecorder:
         synchronised(self._holder, everything=True)
         with directory_locked(self._target.parent):
             if os.path.lexists(self._target):
-                raise FileExistsError(17, "exists already", str(self._target))
+                raise FileExistsError(errno.EEXIST, "exists already", str(self._target))
             put_in_place(self.folder, self._target)
         synchronised(self._target.parent)
 
