@@ -19,26 +19,42 @@ from twbr_estimation.nodes.guard import GuardedNode
 TICK, DEPTH = 0.05, 100
 
 
+class FakeTimer:
+    """A timer that runs until it is cancelled."""
+
+    cancelled = False
+
+    def is_canceled(self) -> bool:
+        return self.cancelled
+
+
 class Queue:
     """Events of an executor that are served in their order, in the time of a test."""
 
     def __init__(self, depth: int = DEPTH) -> None:
-        self.time = 0.0
+        self.time, self.depth = 0.0, depth
         self.backlog = Backlog(lambda: self.time)
-        self.backlog.add_timer(TICK)
+        self.timer = FakeTimer()
+        self.backlog.add_timer(TICK, self.timer)
         self.backlog.add_queue("a", QoSProfile(depth=depth))
         self.backlog.begin()
         self.waits: list[float] = []
         self.handled = 0
 
-    def run(self, rate: float, cost: float, lasts: float) -> None:
-        """Let messages come at `rate` [1/s], each handled in `cost` [s], for `lasts` [s]."""
+    def run(self, rate: float, cost: float, lasts: float, pause: float = 0.0) -> None:
+        """Let messages come at `rate` [1/s], each handled in `cost` [s], for `lasts` [s].
+
+        An event is queued for each of them, but of the messages only the last `depth` are kept.
+        Half-way the node stands still for `pause` [s].
+        """
         events: list[tuple[float, bool]] = []
-        come, due, last = 0, TICK, 0.0
+        come, kept, due, last = 0, 0, TICK, 0.0
         while self.time < lasts:
+            if self.time > 0.5 * lasts:
+                self.time, pause = self.time + pause, 0.0
             while come / rate <= self.time:
                 events.append((come / rate, False))
-                come += 1
+                come, kept = come + 1, min(kept + 1, self.depth)
             if due is not None and due <= self.time:
                 events.append((due, True))
                 due = None
@@ -50,7 +66,8 @@ class Queue:
                 self.backlog.ticked(TICK)
                 self.waits.append(self.time - last)
                 last, due = self.time, self.time + TICK
-            else:
+            elif kept:
+                kept -= 1
                 drops = self.backlog.drops()
                 self.handled += not drops
                 self.time += 2e-5 if drops else cost
@@ -77,9 +94,23 @@ def test_what_queues_can_hold_is_handled_after_a_pause() -> None:
         assert not queue.backlog.drops()
     assert any(queue.backlog.drops() for _ in range(DEPTH)), "more than a queue can hold"
     queue.backlog.ticked(TICK)
-    assert queue.backlog.drops(), "the timer was late"
-    queue.backlog.ticked(TICK)
-    assert not queue.backlog.drops()
+    assert not queue.backlog.drops(), "the timer has had its turn"
+
+
+@pytest.mark.parametrize("others", [[], [FakeTimer()]])
+def test_a_timer_that_was_cancelled_is_not_waited_for(others: list[FakeTimer]) -> None:
+    queue = Queue()
+    for timer in others:
+        queue.backlog.add_timer(1.0, timer)
+    queue.timer.cancelled = True
+    queue.time = 10.0
+    assert not any(queue.backlog.drops() for _ in range(100 * DEPTH))
+
+
+def test_one_pause_costs_a_node_that_keeps_up_little() -> None:
+    queue = Queue()
+    queue.run(rate=1000.0, cost=0.0003, lasts=20.0, pause=2.0)
+    assert queue.backlog.dropped < DEPTH
 
 
 def test_a_queue_without_an_end_is_never_dropped_from() -> None:
@@ -94,6 +125,7 @@ def test_reports_come_between_messages_and_say_what_was_dropped(graph: Any) -> N
     node = graph.add(GuardedNode("slow", **graph.options()))
     diagnostics = Diagnostics(node, lambda: Report(Level.OK, "fine", {}), period=0.001)
     diagnostics._timer.cancel()
+    node.backlog._timers = [(0.001, FakeTimer())]
     taken: list[bytes] = []
     node.create_subscription(Imu, "ticks", taken.append, QoSProfile(depth=2), raw=True)
     found = graph.collect(DiagnosticArray, "/diagnostics")

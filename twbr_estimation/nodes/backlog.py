@@ -5,7 +5,8 @@ even where the middleware's queue has dropped the message meanwhile. Where messa
 than they are handled, the events before that of a timer become more without a limit: reports,
 answers of services and parameters would be late by ten seconds and more. The messages that can
 still be taken are at most as many as the queues hold: where a timer is due and more than those
-have been handled before it, the rest is dropped, quickly, until a timer has its turn in time.
+have been handled before it, the rest is dropped, quickly, until that timer has its turn. Timers
+that were cancelled or destroyed do not count.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.qos import HistoryPolicy
 
 PATIENCE = 0.5
@@ -29,6 +31,7 @@ class Backlog:
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         """`now`: a steady clock [s]."""
         self._now = now
+        self._timers: list[tuple[float, Any]] = []
         self._period = self._due = math.inf
         self._depths: dict[str, float] = {}
         self._limit = 0.0
@@ -39,8 +42,9 @@ class Backlog:
         self.meanwhile: Callable[[float], None] = _nothing
         """Called with the time [s] before a message while the timer is late."""
 
-    def add_timer(self, period: float) -> None:
-        """Take a timer of this period [s] on a steady clock into account."""
+    def add_timer(self, period: float, timer: Any) -> None:
+        """Take a timer of this period [s] on a steady clock, an rclpy `Timer`, into account."""
+        self._timers.append((period, timer))
         self._period = min(self._period, period)
 
     def begin(self) -> None:
@@ -61,14 +65,12 @@ class Backlog:
     def ticked(self, period: float) -> None:
         """Note that a timer of this period [s] is being called."""
         if period == self._period and self._due < math.inf:
-            now = self._now()
-            self._dropping &= now > self._due + PATIENCE
-            self._due, self._handled = now + period, 0
+            self._due, self._handled, self._dropping = self._now() + period, 0, False
 
     def drops(self) -> bool:
         """Return whether the message that has come is to be dropped; count it."""
         now = self._now()
-        late = now > self._due + PATIENCE
+        late = now > self._due + PATIENCE and not self._turned_to_another(now)
         if late:
             self.meanwhile(now)
         if not self._dropping:
@@ -76,6 +78,23 @@ class Backlog:
             self._dropping = late and self._handled > self._limit
         self.dropped += self._dropping
         return self._dropping
+
+    def _turned_to_another(self, now: float) -> bool:
+        """Watch the quickest timer that there is; return whether it is another one."""
+        self._timers = [each for each in self._timers if _runs(each[1])]
+        period = min((each[0] for each in self._timers), default=math.inf)
+        if period == self._period:
+            return False
+        self._period, self._due, self._handled, self._dropping = period, now + period, 0, False
+        return True
+
+
+def _runs(timer: Any) -> bool:
+    """Return whether a timer is neither cancelled nor destroyed."""
+    try:
+        return not timer.is_canceled()
+    except InvalidHandle:
+        return False
 
 
 def _nothing(now: float) -> None:

@@ -120,13 +120,14 @@ class Guard:
         clock = options.get("clock")
         if clock is None or clock.clock_type is not ClockType.STEADY_TIME:
             return super().create_timer(period, guarded, **options)  # type: ignore[misc]
-        self.backlog.add_timer(period)
 
         def call() -> None:
             self.backlog.ticked(period)
             guarded()
 
-        return super().create_timer(period, call, **options)  # type: ignore[misc]
+        timer = super().create_timer(period, call, **options)  # type: ignore[misc]
+        self.backlog.add_timer(period, timer)
+        return timer
 
     def create_service(self, kind: Any, name: str, callback: Callback, **options: Any) -> Any:
         """Offer a service; as `rclpy.node.Node.create_service`. An error is a negative answer."""
