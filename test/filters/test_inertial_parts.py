@@ -173,3 +173,19 @@ def test_wheels_that_are_wrong_from_the_start_are_condemned_by_their_first_move(
             break
     assert passed_first(check)
     assert (check.trust.ignored == 0.0) is right
+
+
+def test_right_wheels_are_not_condemned_in_a_spin_whose_first_vertical_is_wrong() -> None:
+    entry = filter_named("ins_odometer")
+    geometry = entry.derive(entry.configure(), Robot()).geometry
+    nav, check = begin_navigation((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), begin_check()
+    lean = np.array([[1.0, 0.0, 0.0], [0.0, math.cos(0.3), -math.sin(0.3)]])
+    lean = np.vstack([lean, np.cross(*lean)])
+    for k in range(round(2.0 / DT)):
+        sine, cosine = math.sin(10.0 * k * DT), math.cos(10.0 * k * DT)
+        turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        leaning = tuple((lean @ turn).ravel().tolist())
+        reading = sample(gyro_z=10.0, wheel_angle=0.01 * k * DT, wheel_count=2.0)
+        now = read(nav, (0.0, 0.0, 10.0), reading)
+        check = first_checked(check, reading, now, leaning, 0.0, geometry, False, False)
+    assert check.trust.ignored == 0.0

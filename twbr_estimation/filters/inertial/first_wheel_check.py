@@ -29,6 +29,8 @@ BAND = 0.1
 [s]."""
 EVIDENCE = 5.0
 """Least fast square that condemns, in that of a velocity that counts for nothing."""
+SPIN = 2.0
+"""Faster turns about the vertical pull a first vertical aside: nothing is compared [rad/s]."""
 PASSED = 0.3
 """So long must wheels be right to end the comparison [s]."""
 
@@ -55,6 +57,8 @@ def first_checked(
         still: whether the body lies still.
         blinded: whether a sensor was clipped, or silent, at this sample.
     """
+    x, y, z = now.rate
+    blinded = blinded or abs(body[6] * x + body[7] * y + body[8] * z) > SPIN
     moved_on = compared(
         check, sample, body, now.rate, BAND, 0.0, lever_left, geometry, still, blinded
     )
