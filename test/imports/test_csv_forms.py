@@ -185,6 +185,24 @@ def test_labelled_rows_keep_the_times_of_a_serial_monitor(tmp_path: Path) -> Non
     assert (np.diff(imu.stamps) / 1e9).tolist() == [1.0, 1.0, 1.0, 1.0]
 
 
+def test_rows_written_twice_are_no_samples_of_their_own(tmp_path: Path) -> None:
+    rows = [f"{0.01 * k:.2f},{k},2,3,4,5,6" for k in range(20) for _ in range(2)]
+    imu = imported(tmp_path, "\n".join([NAMES, *rows])).recording.imu
+    assert imu.gyro[:, 0].tolist() == list(range(20))
+    assert np.unique(np.diff(imu.stamps)).tolist() == [10_000_000]
+
+
+def test_an_arrival_is_not_needed_in_every_row(tmp_path: Path) -> None:
+    columns = COLUMNS.replace("time: t", "time: t, arrival: pc") + "stamps: device\n"
+    rows = [f"{0.01 * k:.2f},1,2,3,4,5,6,{100 + 0.01 * k if k % 5 == 0 else ''}" for k in range(50)]
+    imu = imported(tmp_path, "\n".join([f"{NAMES},pc", *rows]), columns).recording.imu
+    assert imu.stamps.size == 50
+    assert np.ptp(np.diff(imu.stamps)) < 100_000
+    without = "\n".join([f"{NAMES},pc", *(row.rsplit(",", 1)[0] + ",x" for row in rows)])
+    with pytest.raises(RecordingError, match="'pc' of the arrival holds no number, but 'x'"):
+        imported(tmp_path, without, columns)
+
+
 def test_quoted_numbers_have_decimal_commas_between_commas(tmp_path: Path) -> None:
     text = log_of(["0,00", "0,01"], rest='"0,12","0,2","0,3","1,250",5,6')
     imu = imported(tmp_path, text).recording.imu

@@ -37,6 +37,8 @@ from .imported import START, ImportedLog, ImportOptions, cleaned, stamps_from_se
 FORMAT = "comma-separated values, their columns described by the YAML of `columns`"
 
 DROPPED = "rows that are not numbers dropped"
+WRITTEN_TWICE = 0.9
+"""Share of equal rows among those of one time above which they are one row, written again."""
 Track = tuple[StampArray, FloatArray]
 
 
@@ -138,8 +140,7 @@ class _Table:
         seconds, first = self._seconds()
         arrivals = self._arrivals()
         columns = self.description.imu
-        times = [np.isfinite(each) for each in (seconds, arrivals) if each is not None]
-        good = np.all([*times, *(self._finite(each) for each in columns)], axis=0)
+        good = np.all([np.isfinite(seconds), *(self._finite(each) for each in columns)], axis=0)
         if not good.any():
             raise RecordingError(f"{self.path}: {self._without_numbers(seconds)}")
         self._count_dropped(int(np.count_nonzero(~good)))
@@ -149,11 +150,18 @@ class _Table:
             if not first:
                 seconds = self._gone_on(seconds)
             self._require_steps(seconds)
-            seconds = spread(seconds, self.repairs)
+            if not self._written_twice(seconds):
+                seconds = spread(seconds, self.repairs)
         if arrivals is not None:
             seconds = self._related(seconds, arrivals[good])
         stamps = stamps_from_seconds(seconds, float(seconds[0]))
         return stamps - START + round(float(seconds[0]) * 1e9) if first else stamps
+
+    def _written_twice(self, seconds: FloatArray) -> bool:
+        """Return whether rows of one time are the same row, written more than once."""
+        again = np.flatnonzero(np.diff(seconds) == 0.0) + 1
+        equal = sum(self.rows[row] == self.rows[row - 1] for row in again)
+        return equal > WRITTEN_TWICE * again.size
 
     def _require_steps(self, seconds: FloatArray) -> None:
         """Refuse a time that stands still."""
@@ -174,6 +182,14 @@ class _Table:
 
     def _related(self, device: FloatArray, arrivals: FloatArray) -> FloatArray:
         """Return the times of a device's clock on the clock of the arrivals [s]."""
+        column, known = self.description.arrival, np.isfinite(arrivals)
+        if column is not None and not known.any():
+            reads = self._example(column)
+            raise RecordingError(
+                f"{self.path}: column {column.name!r} of the arrival holds no number, but {reads!r}"
+            )
+        latest = np.max((arrivals - device)[known])  # rows without one define no quickest arrival
+        arrivals = np.where(known, arrivals, device + latest)
         sent = stamps_from_seconds(device, float(device.min()))
         came = stamps_from_seconds(arrivals, float(arrivals.min()))
         none = np.zeros((sent.size, 0))
