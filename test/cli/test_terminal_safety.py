@@ -38,6 +38,7 @@ def recording(tmp_path: Path) -> str:
 def test_control_characters_are_spelled_and_layout_stays() -> None:
     assert safe(HOSTILE) == SPELLED
     assert safe("deg² ± 1\n\t→ é") == "deg² ± 1\n\t→ é"
+    assert safe("\udcff") == r"\udcff", "half a character cannot be written"
 
 
 def test_lines_go_where_they_are_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ import unicodedata
 
 _LAYOUT = "\n\t"
 """Control characters that our own tables and pages hold."""
-_UNSAFE_KINDS = ("Cc", "Zl", "Zp")
+_UNSAFE_KINDS = ("Cc", "Cs", "Zl", "Zp")
 _REORDERING = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 """Marks that change the direction of what follows them."""
 
