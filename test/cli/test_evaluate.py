@@ -9,12 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import twbr_estimation as twbr
 from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
 from twbr_estimation.configuration.files import write_section
 from twbr_estimation.filters import listed_filters
+from twbr_estimation.printing.console import SafeConsole
 from twbr_estimation.recording import TiltTrack
 from twbr_estimation.robot import Calibration, Robot
+from twbr_estimation.scoring.score import RecordingScore, Score
+from twbr_estimation.scoring.table import print_many_scores
 from twbr_estimation.simulation import simulate
 
 
@@ -76,6 +80,54 @@ def test_preset_and_single_values_change_the_result(bags, capsys):
     preset = mse("--preset", "table2")
     assert preset != mse("--set", "complementary.time_constant=0.05")
     assert preset == mse("--preset", "table2", "--set", "complementary.time_constant=1.06895")
+
+
+@pytest.fixture
+def backward(bags, tmp_path) -> Path:
+    """The first recording with wheels that run backward, and its robot."""
+    recording = twbr.load(bags[0]).recording
+    wheels = replace(recording.wheels, angle=-recording.wheels.angle)
+    path = tmp_path / "backward"
+    write_recording(path, replace(recording, wheels=wheels))
+    (path / "config").symlink_to(bags[0] / "config")
+    return path
+
+
+def test_findings_stand_before_the_figures(bags, backward, capsys):
+    assert main(["evaluate", str(backward), str(bags[0]), "--filter", "kalman"]) == 0
+    printed = capsys.readouterr().out
+    brief, figures = printed.index("FAIL wheels: "), printed.index("┃ estimator")
+    assert printed.startswith(f"{backward}: the data have ")
+    assert brief < figures < printed.index("warning: wheels: ")
+    assert printed.count("FAIL wheels: ") == 1  # not for the recording that has none
+
+
+def test_json_has_the_findings_as_the_check_does(backward, capsys):
+    (entry,) = evaluated(capsys, backward, "--filter", "kalman")["recordings"]
+    (failed,) = (each for each in entry["findings"] if each["severity"] == "FAIL")
+    assert failed["subject"] == "wheels"
+    assert failed["parameter"] == "signs"
+    assert f"wheels: {failed['text']}" in entry["warnings"]
+
+
+def test_many_recordings_have_the_same_findings(backward, capsys, tmp_path):
+    results = ["--results", str(tmp_path / "results.jsonl"), "--jobs", "1"]
+    (one,) = evaluated(capsys, backward, "--filter", "kalman")["recordings"]
+    for _ in range(2):  # computed, then read from the table
+        (many,) = evaluated(capsys, backward, "--filter", "kalman", *results)["recordings"]
+        assert many["findings"] == one["findings"]
+        assert many["warnings"] == one["warnings"]
+
+
+def test_of_many_recordings_each_kind_of_finding_is_counted(capsys):
+    finding = {"severity": "FAIL", "subject": "wheels", "check": "sign", "text": "backward"}
+    score = Score(1.0, 1.0, 0.0, 1.0, 0.0, 10, 0)
+    scores = [
+        RecordingScore(f"bag{n}", 0.002, 10, {"kalman": score}, findings=[finding] * (n < 7))
+        for n in range(21)
+    ]
+    print_many_scores(SafeConsole(), scores)
+    assert capsys.readouterr().out.startswith("FAIL wheels, sign: in 7 of 21 recordings\n")
 
 
 def test_terms_of_the_correction_can_be_switched_off(bags, capsys):

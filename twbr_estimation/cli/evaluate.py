@@ -86,8 +86,9 @@ def _run_many(arguments: argparse.Namespace, request: RunRequest, places: Sequen
 
 
 def _in_flags(score: RecordingScore) -> RecordingScore:
-    """Return the score with warnings that name flags."""
-    return replace(score, warnings=[in_flags(warning) for warning in score.warnings])
+    """Return the score with warnings and findings that name flags."""
+    findings = [{**each, "text": in_flags(each["text"])} for each in score.findings]
+    return replace(score, warnings=[in_flags(each) for each in score.warnings], findings=findings)
 
 
 def _target(arguments: argparse.Namespace, places: Sequence[str]) -> Path | None:

@@ -12,6 +12,8 @@ import numpy as np
 
 from ..batch import EstimateTrack
 from ..batch.judging import trusted_share
+from ..checks.finding import noteworthy
+from ..checks.table import as_json
 from ..errors import ConfigurationError
 from ..filters import Filter
 from ..parameters.argument_checks import require_kind, shown
@@ -108,6 +110,8 @@ class Runs(Mapping[str, EstimateTrack]):
             if time > 0.0 and not now:
                 now = ("the wheels contradicted the IMU: lifted, slipping or wrong",)
             ignored = f"; wheels ignored for {time:.1f} s of the recording" if time else ""
+            if ignored:
+                now = tuple(remark.removesuffix("; wheels ignored") for remark in now)
             yield from (f"{entry.name}: {remark}{ignored}" for remark in now)
 
     @cached_property
@@ -148,7 +152,8 @@ class Runs(Mapping[str, EstimateTrack]):
         require_kind("options", chosen, ScoringOptions, "ScoringOptions")
         shared = self.compared.association if options is None else None
         score = score_recording(self.recording, self.tracks, chosen, self.warnings, shared)
-        score = replace(score, wheels_ignored_s=self.wheels_ignored)
+        found = as_json(noteworthy(self.drive.findings))
+        score = replace(score, findings=found, wheels_ignored_s=self.wheels_ignored)
         if self.smoothed is None:
             return score
         score = replace(score, smoothed_deviation_deg=math.degrees(self.smoothed.deviation))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..checks.finding import noteworthy
+from ..checks.table import as_json, from_json
 from ..configuration.filter_settings import Settings
 from ..drives import Drive, Runs
 from ..drives.drive import chosen
@@ -126,7 +127,7 @@ def _facts(opened: Opened) -> Result:
             "source": drive.settings.source,
             "filters": sorted(drive.settings.values),
         },
-        "findings": [finding.sentence for finding in noteworthy(drive.findings)],
+        "findings": as_json(noteworthy(drive.findings)),
         "notes": list(drive.notes),
         "diverges": diverges,
     }
@@ -160,11 +161,12 @@ def merged(
         warnings=[
             *settings.warnings(facts["period"], map(filter_named, names)),
             *(text for each in done.values() for text in each["warnings"]),
-            *facts["findings"],
+            *(each.sentence for each in from_json(facts["findings"])),
             *facts["notes"],
             *(each["diverges"] for each in done.values() if not each["score"]),
             *facts["diverges"],
         ],
+        findings=facts["findings"],
         reference=facts["reference"],
         smoothed_deviation_deg=facts["smoothed_deviation_deg"],
     )

@@ -84,7 +84,9 @@ class RecordingScore:
     repairs: Mapping[str, int] = field(default_factory=dict)
     """Repairs of the recording."""
     warnings: Sequence[str] = ()
-    """Warnings about these figures."""
+    """Warnings about these figures, those of the findings among them."""
+    findings: Sequence[Mapping[str, Any]] = ()
+    """Warnings and failures of the checks, the worst first, in the form of `twbr check --json`."""
     reference: str = "encoder"
     """Reference of the errors: the encoder, or SMOOTHED where the recording has none."""
     wheels_ignored_s: Mapping[str, float] = field(default_factory=dict)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -19,7 +21,7 @@ from .score import SMOOTHED, RecordingScore, as_json, mean_over
 
 
 def print_scores(console: Console, scores: Sequence[RecordingScore]) -> None:
-    """Print a table for each recording, one of the means, and the warnings."""
+    """Print what was found in each recording and its table, the means, and all warnings in full."""
     for entry in scores:
         _print_recording(console, entry)
     if len(scores) > 1:
@@ -38,6 +40,7 @@ def print_many_scores(console: Console, scores: Sequence[RecordingScore]) -> Non
     if len(scores) <= EACH_UP_TO:
         print_scores(console, scores)
         return
+    _print_counts(console, scores)
     console.print(_table(f"mean over {len(scores)} recordings", mean_over(scores)))
     warnings = list(dict.fromkeys(text for entry in scores for text in entry.warnings))
     for warning in warnings[:WARNINGS_UP_TO]:
@@ -76,7 +79,44 @@ def write_json(target: str, document: Mapping[str, object]) -> None:
     write_text(Path(target), text + "\n")
 
 
+BRIEF = 96
+"""Columns of a finding in front of a table."""
+
+
+def _print_brief(console: Console, entry: RecordingScore) -> None:
+    """Print in short what puts the figures that follow in doubt."""
+    texts = [_brief(each) for each in entry.findings]
+    if texts:
+        title = f"{entry.source}: the data have {_counted(len(texts), 'finding')}; in full below"
+        console.print(escape(title), highlight=False, soft_wrap=True)
+    for text in texts:
+        console.print(f"  {escape(text)}", highlight=False, soft_wrap=True)
+
+
+def _brief(finding: Mapping[str, Any]) -> str:
+    """Return severity, subject and the first statement of a finding."""
+    text = f"{finding['severity']} {finding['subject']}: {finding['text'].split('; ')[0]}"
+    return text if len(text) <= BRIEF else f"{text[: BRIEF - 3].rsplit(' ', 1)[0]}..."
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _print_counts(console: Console, scores: Sequence[RecordingScore]) -> None:
+    """Print in how many recordings each check found something."""
+    found = Counter(
+        kind
+        for entry in scores
+        for kind in {(f["severity"], f["subject"], f["check"]) for f in entry.findings}
+    )
+    for (severity, subject, check), count in sorted(found.items(), key=lambda each: -each[1]):
+        text = f"{severity} {subject}, {check}: in {count} of {len(scores)} recordings"
+        console.print(escape(text), highlight=False, soft_wrap=True)
+
+
 def _print_recording(console: Console, entry: RecordingScore) -> None:
+    _print_brief(console, entry)
     title = f"{entry.source}: {entry.samples} samples at {entry.dt * 1e3:g} ms"
     figures = {
         name: {each.name: getattr(score, each.name) for each in FIGURES}
