@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
+import twbr_estimation as twbr
 from twbr_estimation.checks.quick import QuickChecks
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
 
@@ -92,5 +93,55 @@ def test_trust_returns_two_seconds_after_good_samples() -> None:
     checks = checked(lambda each: each._replace(gyro_y=0.0))
     assert checks.untrusted
     for sample in swing(2.2):
+        checks.add(sample)
+    assert checks.untrusted == ()
+
+
+def wobble(
+    seconds: float, amplitude: float = 0.05, length: float = 0.3
+) -> Iterator[CorrectedSample]:
+    """Yield what the IMU on the axle of a balancing robot reads while it wobbles at 1.2 Hz.
+
+    An inverted pendulum whose `length` is that of its equivalent point mass [m] follows the
+    wobble only with the axle accelerating by g tilt - length * angular acceleration.
+    """
+    noise, omega = np.random.default_rng(8), 2.0 * math.pi * 1.2
+    for index in range(round(seconds / DT)):
+        tilt = amplitude * math.sin(omega * index * DT)
+        rate = amplitude * omega * math.cos(omega * index * DT)
+        push = (STANDARD_GRAVITY + length * omega**2) * tilt
+        x = push * math.cos(tilt) - STANDARD_GRAVITY * math.sin(tilt)
+        z = push * math.sin(tilt) + STANDARD_GRAVITY * math.cos(tilt)
+        x, y, z = np.array([x, 0.0, z]) + 0.05 * noise.standard_normal(3)
+        yield ZERO._replace(dt=DT, gyro_y=rate, accel_x=x, accel_y=y, accel_z=z)
+
+
+@pytest.mark.parametrize("amplitude", [0.02, 0.05, 0.1])
+def test_a_robot_that_wobbles_as_it_balances_has_the_right_sign(amplitude: float) -> None:
+    checks, samples = QuickChecks(), list(wobble(10.0, amplitude))
+    for sample in samples:
+        checks.add(sample)
+        assert checks.untrusted == ()
+    lean = [math.atan2(-each.accel_x, each.accel_z) for each in samples]
+    turn = np.cumsum([each.gyro_y * DT for each in samples])
+    assert np.corrcoef(lean, turn)[0, 1] < -0.9, "or the accelerometer does not swing against it"
+
+
+@pytest.mark.parametrize("scene", ["drive", "jerking"])
+@pytest.mark.parametrize("world", ["paper", "W4"])
+def test_a_driving_robot_has_the_right_sign(world: str, scene: str) -> None:
+    checks = QuickChecks()
+    drive = twbr.simulate(world, seed=9702, dt=0.005, duration=30.0, scene=scene)
+    for row in drive.corrected_samples.columns.T.tolist():
+        checks.add(CorrectedSample(*row))
+        assert checks.untrusted == ()
+
+
+def test_a_wrong_sign_is_remembered_at_rest_and_forgotten_by_a_right_swing() -> None:
+    checks = checked(lambda each: each._replace(gyro_y=-each.gyro_y))
+    for sample in swing(5.0, amplitude=0.0):
+        checks.add(sample)
+    assert [each.check for each in checks.untrusted] == ["sign"]
+    for sample in swing(3.0):
         checks.add(sample)
     assert checks.untrusted == ()

@@ -2,7 +2,7 @@
 
 The tilt that the gyro turns is compared with the tilt that the accelerometer shows, in blocks of
 `BLOCK`, over the last `WINDOW`. A robot's own acceleration disturbs the latter, so that only gross
-contradictions count.
+contradictions count, and a sign only where the length of the force shows that the robot leans.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from ..samples import RESTART_GAP, STANDARD_GRAVITY, CorrectedSample
 from .finding import Finding, Severity
+from .swing import SignWatch
 from .units import of_accelerometer
 
 BLOCK = 0.1
@@ -25,6 +26,7 @@ CLEAR = 0.7
 """Correlation of gyro and accelerometer from which on their ratio means something."""
 IN_DEGREES = 20.0
 """Ratio of the turns above which the gyro reports degrees; exactly it would be 57.3."""
+TURNS = "its y axis turns {:.3g} times as far as the accelerometer's x axis leans"
 GRAVITY_TOLERANCE = 0.3
 """Share by which the mean specific force may differ from gravity."""
 
@@ -40,6 +42,8 @@ class _Block(NamedTuple):
     """Smallest and largest force along x [m/s^2]."""
     length: float
     """Mean length of the specific force [m/s^2]."""
+    planar: float
+    """The same of its part in the plane of the tilt."""
     up: float
     """Mean force along z [m/s^2]."""
 
@@ -56,10 +60,11 @@ class QuickChecks:
         self._blocks: deque[_Block] = deque(maxlen=WINDOW)
         self._turn = 0.0
         self._last: tuple[float, float] | None = None
+        self._sign = SignWatch()
         self._begin()
 
     def _begin(self) -> None:
-        self._time = self._shown = self._turned = self._length = self._up = 0.0
+        self._time = self._shown = self._turned = self._length = self._planar = self._up = 0.0
         self._count = 0
         self._least_rate = self._least_force = math.inf
         self._most_rate = self._most_force = -math.inf
@@ -68,6 +73,7 @@ class QuickChecks:
         """Forget everything, because time has jumped."""
         self._blocks.clear()
         self._last, self.untrusted, self.doubts = None, (), ()
+        self._sign = SignWatch()
         self._begin()
 
     def add(self, sample: CorrectedSample) -> None:
@@ -80,7 +86,9 @@ class QuickChecks:
         self._count += 1
         self._shown += math.atan2(-x, z)
         self._turned += self._turn
-        self._length += math.sqrt(x * x + sample.accel_y * sample.accel_y + z * z)
+        planar = x * x + z * z
+        self._planar += math.sqrt(planar)
+        self._length += math.sqrt(planar + sample.accel_y * sample.accel_y)
         self._up += z
         self._least_rate, self._most_rate = min(self._least_rate, rate), max(self._most_rate, rate)
         self._least_force, self._most_force = min(self._least_force, x), max(self._most_force, x)
@@ -98,6 +106,7 @@ class QuickChecks:
                     (self._least_rate, self._most_rate),
                     (self._least_force, self._most_force),
                     self._length / self._count,
+                    self._planar / self._count,
                     self._up / self._count,
                 )
             )
@@ -129,17 +138,20 @@ class QuickChecks:
         shown = sum(each.shown**2 for each in self._blocks)
         turned = sum(each.turned**2 for each in self._blocks)
         both = sum(each.shown * each.turned for each in self._blocks)
-        if shown < WINDOW * MOVING**2 or abs(both) < CLEAR * math.sqrt(shown * turned):
-            return None
-        ratio = both / shown
-        turns = f"its y axis turns {ratio:.3g} times as far as the accelerometer's x axis leans"
-        if ratio < -0.3:
-            text = f"{turns}: one of both has the wrong sign; check robot.mounting"
-            return Finding(Severity.FAIL, "gyro", "sign", text, ratio, "robot.mounting")
+        clear = (
+            shown >= WINDOW * MOVING**2
+            and turned > 0.0
+            and abs(both) >= CLEAR * math.sqrt(shown * turned)
+        )
+        ratio = both / shown if clear else 0.0
         if ratio > IN_DEGREES:
-            text = f"{turns}: it looks like deg/s; give rad/s"
+            text = f"{TURNS.format(ratio)}: it looks like deg/s; give rad/s"
             return Finding(Severity.FAIL, "gyro", "unit", text, ratio)
-        return None
+        if not self._sign.wrong(ratio, self._blocks):
+            return None
+        ratio = self._sign.ratio
+        text = f"{TURNS.format(ratio)}: one of both has the wrong sign; check robot.mounting"
+        return Finding(Severity.FAIL, "gyro", "sign", text, ratio, "robot.mounting")
 
     def _gravity(self) -> Finding | None:
         length = sum(each.length for each in self._blocks) / WINDOW

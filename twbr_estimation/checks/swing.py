@@ -1,0 +1,117 @@
+"""Whether the length of the specific force shows that a gyro turns the wrong way.
+
+A robot that accelerates deflects the specific force from the vertical without leaning, and while
+it balances, the accelerometer's tilt often moves against the body's. The directions alone cannot
+distinguish that from a wrong sign. The length can: it stays the same where the body leans, and
+grows by 1 / cos(deflection) where it accelerates. The deflection is the gyro's turn less the
+change of the accelerometer's tilt; with the other sign of the gyro it is another one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import Protocol
+
+OPPOSITE = 0.3
+"""Ratio of the gyro's turn to the accelerometer's from which on a sign can be judged."""
+CONFIRMED = 3
+"""Blocks in a row after which a wrong sign is believed."""
+KEPT = 100
+"""Blocks for which it is believed after it was last seen, unless the right one is seen."""
+
+BETTER = 2.0
+"""Ratio of the misfits from which on the other sign explains the length better."""
+FITTING = 0.06
+"""Largest misfit of the other sign, as a share of gravity: with more, neither explains it."""
+LARGEST_DEFLECTION = 1.2
+"""Deflections are limited to this [rad]."""
+LARGEST_MEAN = 0.3
+"""Limit of the unknown mean deflection [rad]."""
+
+
+class Block(Protocol):
+    """Means of a short time."""
+
+    @property
+    def shown(self) -> float:
+        """Change of the accelerometer's tilt since the block before [rad]."""
+
+    @property
+    def turned(self) -> float:
+        """The same of the gyro's."""
+
+    @property
+    def planar(self) -> float:
+        """Length of the specific force in the plane of the tilt, in the accelerometer's unit."""
+
+
+class SignWatch:
+    """Remembers from block to block whether the gyro has the wrong sign."""
+
+    def __init__(self) -> None:
+        """Start with the right one."""
+        self.ratio = 0.0
+        """Ratio of the gyro's turn to the accelerometer's when the wrong sign was last seen."""
+        self._seen = self._kept = 0
+
+    def wrong(self, ratio: float, blocks: Sequence[Block]) -> bool:
+        """Return whether the sign is wrong.
+
+        Args:
+            ratio: of the gyro's turn to the accelerometer's; 0 where that is not clear.
+            blocks: the latest ones, of which the last is new.
+        """
+        shown, turned = [each.shown for each in blocks], [each.turned for each in blocks]
+        lengths = [each.planar for each in blocks]
+        seen = ratio < -OPPOSITE and shows_wrong_sign(shown, turned, lengths)
+        self._seen = self._seen + 1 if seen else 0
+        self._kept = max(self._kept - 1, 0)
+        if self._seen >= CONFIRMED:
+            self.ratio, self._kept = ratio, KEPT
+        elif self._kept and ratio > OPPOSITE:
+            right = shows_wrong_sign(shown, [-each for each in turned], lengths)
+            self._kept = 0 if right else self._kept
+        return self._kept > 0
+
+
+def shows_wrong_sign(
+    shown: Sequence[float], turned: Sequence[float], lengths: Sequence[float]
+) -> bool:
+    """Return whether the length fits a gyro of the other sign, and this one much worse.
+
+    Args:
+        shown: changes of the accelerometer's tilt from block to block [rad], (n,).
+        turned: changes of the gyro's tilt [rad], (n,).
+        lengths: mean length of the specific force in the plane of the tilt, in any unit, (n,).
+    """
+    lean, turn = list(accumulate(shown)), list(accumulate(turned))
+    given = misfit(lengths, [b - a for a, b in zip(lean, turn, strict=True)])
+    other = misfit(lengths, [-b - a for a, b in zip(lean, turn, strict=True)])
+    return other < FITTING and given > BETTER * other
+
+
+def misfit(lengths: Sequence[float], deflections: Sequence[float]) -> float:
+    """Return how far lengths are from those that deflections explain, rms as a share of gravity.
+
+    The scale of the accelerometer and the mean deflection are unknown and fitted.
+
+    Args:
+        lengths: of the specific force, in any unit, (n,).
+        deflections: from the vertical, apart from their mean [rad], (n,).
+    """
+    count = len(lengths)
+    mean = sum(deflections) / count
+    known = [min(max(each - mean, -LARGEST_DEFLECTION), LARGEST_DEFLECTION) for each in deflections]
+    scale = sum(lengths) / count
+    if scale == 0.0:
+        return math.inf
+    rest = [
+        each / scale - 1.0 / math.cos(angle) for each, angle in zip(lengths, known, strict=True)
+    ]
+    level, power = sum(rest) / count, sum(each * each for each in known)
+    both = sum(each * (value - level) for each, value in zip(known, rest, strict=True))
+    slope = min(max(both / power, -LARGEST_MEAN), LARGEST_MEAN) if power > 0.0 else 0.0
+    left = (value - level - slope * each for each, value in zip(known, rest, strict=True))
+    return math.sqrt(sum(each * each for each in left) / count)
