@@ -22,6 +22,7 @@ from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.nodes.simulator_node import SimulatorNode, compose
 from twbr_estimation.ros_messages import stamp_of
 from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
+from twbr_estimation.streams.control.balance import Standing
 
 CALIBRATION = {
     f"calibration__{name}": list(getattr(PAPER_CALIBRATION, name))
@@ -30,6 +31,10 @@ CALIBRATION = {
 TRIES = 10
 LATE = 40_000_000
 """Age of an estimate [ns] that a robot in real time may not survive; the usual one is 15 ms."""
+STOPPED = tuple(
+    each.value for each in (Standing.TILT_LATE, Standing.TILT_STALE, Standing.WHEELS_LATE)
+)
+"""Why the controller cuts the motors where the computer stops in between."""
 LOSSLESS = ("imu/data_raw", "imu/data_corrected", "imu/data", "joint_states", "motor/command")
 
 
@@ -171,7 +176,7 @@ def test_the_drivers_read_the_simulated_chips_and_the_robot_stays_upright(graph:
     slow = {"imu_period": 0.005, "mpu6050__poll_rate": 100.0, "poll_rate": 100.0}
     nodes = [graph.add(node) for node in compose(**graph.options(**given, **slow))]
     assert [node.get_name() for node in nodes] == ["simulator_node", "mpu6050_node", "encoder_node"]
-    estimation_in(graph, calibrated=True)
+    controller = estimation_in(graph, calibrated=True)[2]
     raw, estimates = graph.collect(Imu, "imu/data_raw"), graph.collect(Imu, "imu/data")
     simulator = nodes[0].simulator
     for _ in range(TRIES):  # physics does not wait for a computer that stops in between
@@ -186,7 +191,8 @@ def test_the_drivers_read_the_simulated_chips_and_the_robot_stays_upright(graph:
         graph.spin_until(over, 60.0)
         if upright := simulator.robot.falls == falls and abs(simulator.latest.truth.tilt) < 0.3:
             break
-        assert max(ages) > LATE, "it fell although every estimate came in time"
+        said = controller.report().message
+        assert max(ages) > LATE or said.endswith(STOPPED), f"all estimates came in time; {said}"
         simulator.stand_up()
     assert upright, f"the computer stopped in between, in each of {TRIES} tries"
     assert len(raw) > 350 and len(estimates) > 350

@@ -258,7 +258,8 @@ class ControllerNode(DeviceNode):
             return Report(Level.OK, f"balancing with {balance.settings.controller}", values)
         fine = balance.standing in (*UNINTERRUPTED, Standing.TILT_INVALID) or not stream.enabled
         level = Level.WARN if fine else Level.ERROR
-        return Report(level, f"motors cut: {stream.cut_because}", values)
+        before = f", after the cut because {stream.fell_because}" if stream.fell_because else ""
+        return Report(level, f"motors cut: {stream.cut_because}{before}", values)
 
     def _wrong_twist(self) -> str:
         topic, stamped = self._velocities.topic_name, self._inputs.use_stamped_vel

@@ -153,6 +153,23 @@ def test_an_invalid_tilt_cuts_and_balancing_goes_on_after(loop: Loop) -> None:
     assert loop.stream.cut_because == "" and loop.robot.falls == 0
 
 
+def test_a_fall_after_another_cut_is_said_to_be_its_consequence(loop: Loop) -> None:
+    assert loop.stream.fell_because == ""
+    loop.stream.set_valid(False)
+    loop.robot.push(60.0)
+    loop.run(2.0)
+    loop.stream.set_valid(True)
+    loop.run(0.1)
+    assert loop.stream.cut_because == "fallen"
+    assert loop.stream.fell_because == "tilt is not valid"
+    loop.robot.place(0.01)
+    loop.run(2.0)
+    assert loop.stream.cut_because == loop.stream.fell_because == ""
+    loop.robot.push(60.0)
+    loop.run(2.0)
+    assert loop.stream.cut_because == "fallen" and loop.stream.fell_because == ""
+
+
 def test_silence_cuts(loop: Loop) -> None:
     last = loop.stream.last_tilt
     assert last is not None

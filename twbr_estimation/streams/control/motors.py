@@ -104,6 +104,7 @@ class ControlStream:
         self._tilt: tuple[int, float, float] | None = None
         self._due: int | None = None
         self._frozen = FrozenTilt()
+        self._first = Standing.FALLEN
         self._interrupted: int | None = None
         self._last_step = 0
         self._given = NO_VOLTAGE
@@ -117,6 +118,12 @@ class ControlStream:
         if not self._enabled:
             return DISABLED
         return "" if standing is Standing.BALANCING else standing.value
+
+    @property
+    def fell_because(self) -> str:
+        """Why the motors of a robot that has fallen since were cut first; empty if it just fell."""
+        fallen = self._enabled and self._balance.standing is Standing.FALLEN
+        return self._first.value if fallen and self._first is not Standing.FALLEN else ""
 
     @property
     def enabled(self) -> bool:
@@ -264,6 +271,7 @@ class ControlStream:
             asked = NO_VOLTAGE
         if self.cut_because:
             self.counts["cuts"] += balanced
+            self._first = self._balance.standing if balanced else self._first
             self._given, self._blend_left, self._changed = NO_VOLTAGE, 0.0, False
         else:
             self._given = self._blended(asked, dt)
