@@ -19,7 +19,7 @@ from ..recording import FloatArray, ImuTrack, Recording, TiltTrack, WheelTrack
 from ..robot import Calibration, CorrectionSettings, EncoderPlacement, Robot
 from ..samples import STANDARD_GRAVITY
 from .imported import ImportedLog, ImportOptions, uniform_stamps
-from .matlab import matlab_variables, number_of
+from .matlab import matlab_variables, number_of, require_readings
 
 FORMAT = "MATLAB file of the BROAD set (IMU and motion capture); see `axis`"
 
@@ -31,6 +31,8 @@ POSITION_CUTOFF = 20.0
 """Cut-off of the zero-phase low-pass that keeps the cameras' jitter from the wheel [Hz]."""
 VELOCITY_TIME_CONSTANT = 0.02
 """Time constant of the low-pass (19) for this encoder [s], the best of six on trial 14."""
+LEAST_LOCATED = 100
+"""Fewest positions from which the motion of a wheel is made."""
 GYRO_DELAY = 0.0042
 """Lag of the gyro behind the cameras [s]: 3.9 to 4.2 ms in trials 12 and 25."""
 BODY_AXES = {
@@ -65,6 +67,8 @@ def load(path: Path, options: ImportOptions) -> ImportedLog:
     for name, columns in _COLUMNS.items():
         if data[name].shape[1:] != columns:
             raise RecordingError(f"{path}: {name} has shape {data[name].shape}, not n x {columns}")
+    for name in ("imu_gyr", "imu_acc"):
+        require_readings(path, name, data[name])
     rate = number_of(path, "sampling_rate", data["sampling_rate"])
     if not 1.0 <= rate <= 1e5:
         raise RecordingError(f"{path}: sampling_rate {rate:g} Hz is not within 1 to 100000")
@@ -76,6 +80,11 @@ def load(path: Path, options: ImportOptions) -> ImportedLog:
     rotation = _rotations(data["opt_quat"]) @ axes.T
     seen = np.all(np.isfinite(data["opt_quat"]), axis=1)
     located = seen & np.all(np.isfinite(data["opt_pos"]), axis=1)
+    if int(located.sum()) < LEAST_LOCATED:
+        raise RecordingError(
+            f"{path}: opt_pos and opt_quat are known together in {int(located.sum())} rows; "
+            f"{LEAST_LOCATED} are needed"
+        )
     angle = wheel_angle(_smoothed(data["opt_pos"][located], rate), rotation[located])
     stamps = uniform_stamps(len(moving), rate)
     scored = moving & seen

@@ -19,7 +19,7 @@ from ..robot import Calibration, Robot
 from ..ros_messages import tilt_of_quaternion
 from ..samples import STANDARD_GRAVITY
 from .imported import ImportedLog, ImportOptions, stamps_from_seconds
-from .matlab import matlab_variables
+from .matlab import matlab_variables, require_readings
 
 FORMAT = "MATLAB file of the UIUC relative angle set (MPU6050 and encoder on one shaft)"
 
@@ -56,8 +56,12 @@ def load(path: Path, options: ImportOptions) -> ImportedLog:
     time = data["all_time"]
     if np.abs(time).max() > _LONGEST:
         raise RecordingError(f"{path}: all_time reaches {np.abs(time).max():g} s")
+    for name in (*_GYRO, *_ACCEL, *_DMP, "all_encoder"):
+        require_readings(path, name, data[name])
     rising = np.append(True, time[1:] > np.maximum.accumulate(time)[:-1])
     repairs = Counter({"rows whose time does not increase dropped": int(np.sum(~rising))})
+    if int(rising.sum()) < 2:
+        raise RecordingError(f"{path}: all_time does not increase: {time[0]:g} s at the start")
     data = {name: values[rising] for name, values in data.items()}
     time = data["all_time"]
     gyro = np.radians(np.column_stack([data[name] for name in _GYRO]))
