@@ -283,8 +283,9 @@ def test_a_part_in_which_the_robot_is_carried_is_named_with_its_time(drive: Simu
 @pytest.mark.parametrize("seed", [311, 312, 313])
 def test_nothing_is_found_in_honest_drives(world: str, seed: int) -> None:
     drive = simulate(world, 0.01, 30.0, seed)
-    assert faults(drive.recording, drive.setup) == {}
-    assert faults(replace(drive.recording, reference=None), drive.setup) == {}
+    allowed = {"wheels slip"} if drive.world.slips_per_second else set()
+    assert set(faults(drive.recording, drive.setup)) <= allowed
+    assert set(faults(replace(drive.recording, reference=None), drive.setup)) <= allowed
 
 
 def test_one_mirrored_wheel_is_named(drive: Simulated) -> None:

@@ -20,6 +20,7 @@ from .reference import gyro_is_right
 from .resolution import acceleration_noise
 from .rows import Rows, rows_of, spread
 from .signs import undecided, without_wheels
+from .slip import slips
 from .stretches import stretches
 from .turning import sides_agree
 
@@ -36,6 +37,8 @@ UNEXPLAINED = 0.8
 """A contradiction above this share of the signals, which no cause explains, is worth a warning."""
 NEARLY_ALL = 0.8
 """Wheels that contradict for a larger share of the time do so in all of it."""
+HANDLED = 2.0
+"""Limits of slip are this many times larger where the IMU moves up and down as in a hand."""
 ABOVE_NOISE = 2.0
 """Wheels are compared where their signal is this many times the noise of their readings."""
 
@@ -70,7 +73,7 @@ def agreement(parts: Sequence[Part], robot: Robot, track: WheelTrack | None) -> 
         return
     text = f"gyro, accelerometer and wheels agree; {configured.misfit:.2g} m/s^2 remain"
     yield passed("wheels", "motion", text)
-    yield from stretches(rows, robot, noise)
+    yield from _rolling(rows, robot, noise)
     yield from undecided(rows, robot, known, max(configured.misfit, noise))
 
 
@@ -80,6 +83,15 @@ def _in_part(rows: Rows, robot: Robot, noise: float) -> Finding | None:
         if finding.severity is Severity.WARN and (finding.ratio or 0.0) < NEARLY_ALL:
             return finding
     return None
+
+
+def _rolling(rows: Rows, robot: Robot, noise: float) -> Iterator[Finding]:
+    """Yield where the wheels do not roll: stretches, short slips, or that it was not looked at."""
+    found = list(stretches(rows, robot, noise))
+    if any(each.severity is Severity.WARN for each in found):
+        return iter(found)
+    handled = HANDLED if found else 1.0
+    return iter(list(slips(rows, robot, noise, handled)) or found)
 
 
 def _explained(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -266,13 +267,10 @@ def _upside_down(parts: Sequence[Part], robot: Robot) -> Finding:
 
 def _turned(rows: Rows, way: _Turn) -> Rows:
     gyro, force = np.array(way.gyro), np.array(way.force)
-    return Rows(
-        rows.force * force,
-        rows.turn * gyro,
-        rows.turning * gyro,
-        rows.rate * gyro,
-        rows.wheels,
-        rows.wheel_rates,
-        rows.reference,
-        rows.blocks,
+    return replace(
+        rows,
+        force=rows.force * force,
+        turn=rows.turn * gyro,
+        turning=rows.turning * gyro,
+        rate=rows.rate * gyro,
     )

@@ -28,7 +28,8 @@ LEAST_SHARE = 0.3
 BLOCK = 2.0
 """Residuals this far apart [s] count as independent."""
 _NORMAL_MAD = 1.4826
-_EVERY = 0.04  # time between rows [s]
+EVERY = 0.04
+"""Time between rows [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,8 @@ class Rows:
     """Reference tilt and its second derivative, (n, 2)."""
     blocks: FloatArray
     """Number of the block each row belongs to, (n,)."""
+    time: FloatArray
+    """Time since the recording's first IMU reading [s], (n,)."""
 
 
 def rows_of(parts: Sequence[Part], delay: float = 0.0) -> Rows | None:
@@ -90,13 +93,15 @@ def _rows(part: Part, delay: float, first_block: float) -> Rows:
         "wheel_rates": None if wheels is None else at(wheels, 1),
         "reference": None if tilt is None else np.hstack([at(tilt, 0), at(tilt, 2)]),
         "blocks": (first_block + np.floor(part.time[chosen] / BLOCK))[:, None],
+        "time": part.time[chosen][:, None],
     }
     present = [each for each in columns.values() if each is not None]
     whole = np.isfinite(np.hstack(present)).all(axis=1)
     kept = {name: None if each is None else each[whole] for name, each in columns.items()}
-    blocks = kept.pop("blocks")
-    assert blocks is not None
-    return Rows(**kept, blocks=blocks[:, 0])  # type: ignore[arg-type]
+    single = {
+        name: each[:, 0] for name in ("blocks", "time") if (each := kept.pop(name)) is not None
+    }
+    return Rows(**kept, **single)  # type: ignore[arg-type]
 
 
 def _known(reference: FloatArray | None) -> FloatArray | None:
@@ -119,7 +124,7 @@ def _later(part: Part, delay: float) -> FloatArray | None:
 
 def _chosen(part: Part) -> NDArray[np.int64]:
     """Return the indices of the rows, away from the ends and from clipping."""
-    every = max(round(_EVERY / part.step), 1)
+    every = max(round(EVERY / part.step), 1)
     inside = np.arange(part.time.size)[clear_of_ends(part.time.size, part.step)]
     reach = np.ones(2 * round(3.0 * SHORT / part.step) + 1)
     usable = np.convolve(~part.usable, reach, "same") < 0.5
