@@ -123,6 +123,24 @@ def test_listing_filters_compiles_nothing() -> None:
     assert "numba" not in loaded_by("twbr_estimation.cli.main", "twbr_estimation.cli.filters")
 
 
+def test_one_filter_by_name_reads_no_other() -> None:
+    asked = "from twbr_estimation.filters import filter_named; filter_named('gyro')"
+    loaded = subprocess.run(
+        [sys.executable, "-c", f"{asked}; import sys; print(*sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    assert "twbr_estimation.filters.gyro" in loaded
+    assert "twbr_estimation.filters.kalman" not in loaded
+
+
+def test_a_filter_has_the_name_of_its_file() -> None:
+    for path in (PACKAGE / "filters").glob("*.py"):
+        defined = re.search(r"^FILTER = .*\n\s+(.*),", path.read_text(), re.MULTILINE)
+        assert defined is None or defined[1] == f'name="{path.stem}"'
+
+
 CONVENTIONAL = {"Parameters", "State", "Coefficients"}
 """Classes that every filter and controller may define in its own file."""
 

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rosbags.rosbag1 import Reader
     from rosbags.typesys.store import Typestore
 
-MAGIC = b"#ROSBAG V2.0"
 _ROWS = 16384
 """Messages decoded at once."""
 

@@ -21,7 +21,6 @@ from .unpacking import MESSAGE_LIMIT, Allowance
 
 _PAGE_SIZE, _PAGES, _LARGEST_PAGE = slice(16, 18), slice(28, 32), 65536
 """Where the header of a database has the size of a page, 1 for the largest, and their number."""
-MAGIC = b"SQLite format 3\x00"
 _QUERY = f"""SELECT id, timestamp,
     CASE WHEN typeof(timestamp) = 'integer' AND typeof(data) = 'blob'
         AND length(data) <= {MESSAGE_LIMIT} THEN data END

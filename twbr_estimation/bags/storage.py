@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
 from ..disk.reading import open_regular
 from ..errors import RecordingError
-from .mcap_storage import MAGIC as MCAP_MAGIC
-from .mcap_storage import McapStorage
 from .message_batch import MessageBatch
 from .packed_files import is_packed, unpack
-from .ros1_storage import MAGIC as ROS1_MAGIC
-from .ros1_storage import Ros1Storage
-from .sqlite_storage import MAGIC as SQLITE_MAGIC
-from .sqlite_storage import SqliteStorage
 from .unpacking import Allowance
 
 _HEAD = 16
@@ -44,11 +38,30 @@ class Storage(Protocol):
         ...
 
 
-_KINDS: dict[bytes, type[Any]] = {
-    MCAP_MAGIC: McapStorage,
-    SQLITE_MAGIC: SqliteStorage,
-    ROS1_MAGIC: Ros1Storage,
+def _mcap() -> type[Any]:
+    from .mcap_storage import McapStorage
+
+    return McapStorage
+
+
+def _sqlite() -> type[Any]:
+    from .sqlite_storage import SqliteStorage
+
+    return SqliteStorage
+
+
+def _ros1() -> type[Any]:
+    from .ros1_storage import Ros1Storage
+
+    return Ros1Storage
+
+
+_KINDS: dict[bytes, Callable[[], type[Any]]] = {
+    b"\x89MCAP0\r\n": _mcap,
+    b"SQLite format 3\x00": _sqlite,
+    b"#ROSBAG V2.0": _ros1,
 }
+"""Signatures, and the classes for them; only that of the file at hand is imported."""
 
 
 @contextmanager
@@ -80,6 +93,6 @@ def _storage(name: Path, path: Path, head: bytes, allowance: Allowance) -> Stora
         raise RecordingError(f"{name}: the file is empty")
     for magic, kind in _KINDS.items():
         if head.startswith(magic):
-            storage: Storage = kind(path, allowance)
+            storage: Storage = kind()(path, allowance)
             return storage
     raise RecordingError(f"{name}: not a recording; an .mcap, .db3 or ROS 1 .bag file is needed")

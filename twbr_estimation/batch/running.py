@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -190,6 +189,10 @@ def run_filters(
 
     def run(each: tuple[Filter, Any]) -> EstimateTrack:
         return run_filter(*each, corrected, robot)
+
+    if len(chosen) < 2:
+        return [run(each) for each in chosen]
+    from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(run, chosen))

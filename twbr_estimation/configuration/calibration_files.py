@@ -10,7 +10,7 @@ from ..disk.bounded_yaml import SIZE_LIMIT
 from ..disk.reading import read_text
 from ..disk.writing import write_texts
 from ..errors import ConfigurationError
-from ..filters import filters
+from ..filters import is_filter
 from ..robot import Calibration, Robot, Setup
 from .files import FILES, section_text
 from .ros_yaml import number, read_parameters
@@ -82,7 +82,7 @@ def _provenance(start: Path | None, folder: Path, name: str) -> dict[str, Any]:
             owner, _, rest = entry.name.partition(".")
             if owner == "provenance" and source == (start or folder):
                 _keep(kept, rest, entry.value)
-            elif owner not in (name, "provenance", *filters()) and source == folder:
+            elif owner not in (name, "provenance") and not is_filter(owner) and source == folder:
                 raise ConfigurationError(
                     f"{path}: holds {entry.name}, which replacing would lose; write elsewhere"
                 )
@@ -95,7 +95,7 @@ def _stated(source: Path, name: str) -> dict[str, dict[str, float]]:
     values: dict[str, dict[str, float]] = {}
     for entry in read_parameters(path) if path.is_file() else ():
         owner, _, parameter = entry.name.partition(".")
-        if owner in filters():
+        if is_filter(owner):
             values.setdefault(owner, {})[parameter] = number(entry)
     return values
 

@@ -18,7 +18,7 @@ from typing import Any, TypeVar, get_type_hints
 from .. import __version__
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
-from ..filters import filter_named, filters
+from ..filters import filter_named, filters, is_filter
 from ..parameters.argument_checks import require_kind
 from ..robot import Calibration, CorrectionSettings, Robot, Setup
 from .filter_settings import DEFAULT_FILTER, Settings
@@ -81,7 +81,7 @@ def read_settings(*paths: PathLike) -> Settings:
     values: dict[str, dict[str, float]] = {}
     for entry in entries.values():
         owner, _, name = entry.name.partition(".")
-        if owner in filters():
+        if is_filter(owner):
             values.setdefault(owner, {})[name] = _filter_value(owner, name, entry)
     return Settings(
         values,
@@ -218,7 +218,7 @@ def configuration_files(path: PathLike) -> list[Path]:
 
 def _require_known(entry: Entry) -> None:
     owner, _, name = entry.name.partition(".")
-    if not name and (owner in _SECTIONS or owner in filters()):
+    if not name and (owner in _SECTIONS or is_filter(owner)):
         raise ConfigurationError(
             f"{entry.path}: {owner}: {entry.value!r} is not a mapping of names to values"
         )
@@ -228,7 +228,7 @@ def _require_known(entry: Entry) -> None:
             raise ConfigurationError(
                 f"{entry.path}: {entry.name} is unknown; {owner} has: {', '.join(known)}"
             )
-    elif owner in filters():
+    elif is_filter(owner):
         _filter_value(owner, name, entry)
     elif entry.for_any_node and entry.name not in _SCALARS and owner not in _ANYTHING_BELOW:
         known = [*_SECTIONS, *_SCALARS, "provenance", *filters()]

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from ..batch import CorrectedTrack, correct, oversampled, run_filters
 from ..checks.check import check
@@ -27,8 +28,10 @@ from ..recording import Recording, TiltTrack
 from ..robot import Calibration, CorrectionSettings, Setup
 from ..samples import RESTART_GAP
 from ..scoring.score import Association, ScoringOptions
-from ..smoothing import SMOOTHER, Progress, SmoothedTrack, smooth
 from .runs import Runs
+
+if TYPE_CHECKING:  # most runs smooth nothing
+    from ..smoothing import Progress, SmoothedTrack
 
 Values = Mapping[str, Mapping[str, float]]
 """Parameter values by filter name."""
@@ -216,6 +219,8 @@ class Drive:
         require_callable("progress", progress)
         if self.recording.imu.stamps.size < 2:
             raise RecordingError(f"{self.source}: fewer than two samples cannot be smoothed")
+        from ..smoothing import SMOOTHER, smooth
+
         own = {**self.settings.values.get(SMOOTHER, {}), **_mapping(values).get(SMOOTHER, {})}
         return smooth(self.corrected_samples, self.setup.robot, own, progress)
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..bags import TopicNames
 from ..batch.precompile import Report, compile_missing
 from ..batch.running import COMPILE_AFTER
 from ..scoring.score import ScoringOptions
-from ..smoothing import Progress
 from .drive import Drive, chosen
 from .loading import load
 from .runs import Runs
+
+if TYPE_CHECKING:
+    from ..smoothing import Progress
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,10 +19,10 @@ from ..filters import Filter
 from ..parameters.argument_checks import require_kind, shown
 from ..recording import FloatArray, Recording, TiltTrack
 from ..scoring.score import SMOOTHED, RecordingScore, ScoringOptions, score_recording
-from ..smoothing import SmoothedTrack
 from .warnings import warnings_for
 
 if TYPE_CHECKING:
+    from ..smoothing import SmoothedTrack
     from .drive import Drive
 
 FIELDS = ("tilt", "rate", "gyro_bias", "tilt_variance")

@@ -12,6 +12,7 @@ from .base import (
     estimate_of,
     filter_named,
     filters,
+    is_filter,
     listed_filters,
 )
 
@@ -23,6 +24,7 @@ __all__ = [
     "estimate_of",
     "filter_named",
     "filters",
+    "is_filter",
     "listed_filters",
 ]
 

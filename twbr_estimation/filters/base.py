@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from ..parameters.argument_checks import require_callable
 from ..parameters.bounds import Bounds as Bounds
-from ..parameters.declared import Definition, collected, listed, named, require_record
+from ..parameters.declared import Definition, alone, collected, listed, named, require_record
 from ..parameters.declared import Parameter as Parameter
 from ..robot import Robot
 from ..samples import CorrectedSample, TiltEstimate
 
+_PACKAGE, _DEFINITION = __name__.rpartition(".")[0], "FILTER"
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -129,7 +130,7 @@ def estimate_of(state: Any) -> TiltEstimate:
         state.tilt,
         state.rate,
         getattr(state, "gyro_bias", 0.0),
-        getattr(state, "tilt_variance", 0.0),
+        float(getattr(state, "tilt_variance", 0.0)),  # some filters have an element of an array
     )
 
 
@@ -152,7 +153,7 @@ def turned(state: Any, rotation: float) -> Any | None:
 @lru_cache(maxsize=1)
 def filters() -> Mapping[str, Filter]:
     """Return every filter of this folder by name, in alphabetical order."""
-    return collected(__name__.rpartition(".")[0], "FILTER")
+    return collected(_PACKAGE, _DEFINITION)
 
 
 def listed_filters() -> Mapping[str, Filter]:
@@ -166,4 +167,10 @@ def filter_named(name: str) -> Filter:
     Raises:
         ConfigurationError: no such filter; the message lists those there are.
     """
-    return named(filters(), name, "filter")
+    found: Filter | None = alone(_PACKAGE, _DEFINITION, name)
+    return named(filters(), name, "filter") if found is None else found
+
+
+def is_filter(name: str) -> bool:
+    """Return whether there is a filter of that name; the files of the others are not read."""
+    return alone(_PACKAGE, _DEFINITION, name) is not None

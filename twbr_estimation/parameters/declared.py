@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, TypeVar
 
@@ -140,6 +141,20 @@ def configured(owner: str, kind: Any, values: Mapping[str, float]) -> Any:
     for name, value in values.items():
         checked[name] = within(f"{prefix}.{name}", value, known[name].bounds)
     return kind(**checked)
+
+
+def alone(package: str, attribute: str, name: str) -> Any | None:
+    """Return `attribute` of the file of `package` that has this name, without the other files.
+
+    None where there is no such file, or what it defines has another name.
+    """
+    folder = import_module(package)
+    if not isinstance(name, str) or not name.isidentifier():
+        return None
+    if not any(Path(place, f"{name}.py").is_file() for place in folder.__path__):
+        return None
+    found = getattr(import_module(f"{package}.{name}"), attribute, None)
+    return found if getattr(found, "name", None) == name else None
 
 
 def collected(package: str, attribute: str) -> dict[str, Any]:

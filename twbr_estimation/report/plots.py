@@ -10,6 +10,8 @@ from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
     DataRange1d,
+    GlyphRenderer,
+    Line,
     PanTool,
     ResetTool,
     SaveTool,
@@ -128,15 +130,18 @@ def _figure(
 def _line(plot: figure, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> None:
     fewer_x, fewer_y = thinned(x, y, points)
     source = ColumnDataSource({"x": _compact(fewer_x), "y": _compact(fewer_y)})
-    plot.line(
-        "x",
-        "y",
-        source=source,
-        name=trace.name,
-        line_color=trace.colour,
-        line_dash=trace.dash,
-        line_width=2.0 if trace.name == REFERENCE else 1.5,
-        visible=trace.visible,
+    width = 2.0 if trace.name == REFERENCE else 1.5
+    line = Line(x="x", y="y", line_color=trace.colour, line_dash=trace.dash, line_width=width)
+    # `plot.line` adds two more glyphs to each line, for selecting and muting, which no tool does.
+    plot.renderers.append(
+        GlyphRenderer(
+            data_source=source,
+            glyph=line,
+            nonselection_glyph=None,
+            muted_glyph=None,
+            name=trace.name,
+            visible=trace.visible,
+        )
     )
 
 
