@@ -40,7 +40,7 @@ from .controller_parameters import (
     prepare,
 )
 from .diagnostics import Diagnostics, Level, Report
-from .lifecycle import DeviceNode
+from .lifecycle import ManagedNode
 from .motor_watch import MotorWatch
 from .output import never_wait
 from .parameters import declare_settings
@@ -53,7 +53,7 @@ STOP_TIMEOUT = Duration(nanoseconds=200_000_000)
 """How long the last command is waited for to arrive."""
 
 
-class ControllerNode(DeviceNode):
+class ControllerNode(ManagedNode):
     """Subscribes, steps a `ControlStream`, publishes."""
 
     def __init__(self, subscribe: bool = True, **options: Any) -> None:
@@ -81,15 +81,12 @@ class ControllerNode(DeviceNode):
         self._without_angle = 0
         self._oriented = False
         self._subscribe(subscribe)
-        options = {"qos_overriding_options": overridable()}
-        self._command = self.create_publisher(
-            Float64MultiArray, "motor/command", published(), **options
-        )
+        qos = {"qos_overriding_options": overridable()}
+        create = self.create_publisher
+        self._command = create(Float64MultiArray, "motor/command", published(), **qos)
         self._torque = None
         if self._inputs.publish_torque:
-            self._torque = self.create_publisher(
-                Float64MultiArray, "motor/torque", published(), **options
-            )
+            self._torque = create(Float64MultiArray, "motor/torque", published(), **qos)
         self.create_service(SetBool, "~/enable", self._on_enable)
         self._watch = MotorWatch(self._deadline, lambda: self._send(NO_VOLTAGE))
         self._tick_timer = wall_timer(self, PERIOD, self._tick)
@@ -118,12 +115,9 @@ class ControllerNode(DeviceNode):
             qos_overriding_options=overridable(),
         )
 
-    def open_device(self) -> None:
+    def set_up(self) -> None:
         """Begin afresh, with the motors cut."""
         self._stream = ControlStream(self._chosen.current)
-
-    def close_device(self) -> None:
-        """There is nothing to release."""
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Cut the motors, and command nothing from then on."""
@@ -250,7 +244,7 @@ class ControllerNode(DeviceNode):
                 "velocity_m_s": balance.odometry.velocity,
             }
         if not self.is_active:
-            return Report(Level.STALE, self.failure or "inactive", values)
+            return self.idle_report(values)
         wheels = self._wheels.stamping.problem
         if problem := self._wrong_twist() or self._raw_imu() or wheels:
             return Report(Level.WARN, problem, values)

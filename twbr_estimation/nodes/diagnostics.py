@@ -125,7 +125,7 @@ class Diagnostics:
         self._level = report.level
         logger = self._node.get_logger()
         # One call for each level: rclpy ties a severity to the line that logs.
-        if report.level is Level.OK:
+        if report.level in (Level.OK, Level.STALE):  # stale is a node that is not active
             logger.info(report.message)
         elif report.level is Level.WARN:
             logger.warning(report.message)

@@ -140,17 +140,16 @@ class EncoderNode(DeviceNode):
         for name, tally in tallies.items():
             values |= {f"{name}.{key}": number for key, number in tally._asdict().items()}
         if not self.is_open:
-            return Report(Level.STALE, self.failure or "not configured", values)
+            return self.idle_report(values)
         for name, encoder in zip(self._joints, self.encoders, strict=True):
             values[f"{name}.indexed"] = encoder.indexed
-        return Report(*self._verdict(tallies), values)
-
-    def _verdict(self, tallies: Mapping[str, Tally]) -> tuple[Level, str]:
-        """Return the worst of the messages; the count of failed reads starts again."""
-        failed = self.errors - self._reported_errors
-        self._reported_errors = self.errors
+        failed, self._reported_errors = self.errors - self._reported_errors, self.errors
         if not self.is_active:
-            return Level.OK, "inactive"
+            return self.idle_report(values)
+        return Report(*self._verdict(tallies, failed), values)
+
+    def _verdict(self, tallies: Mapping[str, Tally], failed: int) -> tuple[Level, str]:
+        """Return the worst of the messages, with so many reads that failed since the last."""
         silence = time.monotonic() - max(self._published_at, self._active_since)
         if self.is_settled and silence > max(SILENCE, 3.0 / self.parameters.current.poll_rate):
             return Level.ERROR, f"no joint states for {silence:.1f} s"

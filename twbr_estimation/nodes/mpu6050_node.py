@@ -209,7 +209,7 @@ class Mpu6050Node(DeviceNode):
     def report(self) -> Report:
         """Return the status for `/diagnostics`: the counters and their changes since."""
         if self.reader is None or not self.is_open:
-            return Report(Level.STALE, self.failure or "not configured", {})
+            return self.idle_report({})
         counters, before = self.reader.counters, self._reported
         chip = self.parameters.current.mpu6050
         values: dict[str, object] = {"phase": self.reader.phase.value, **asdict(counters)}
@@ -221,7 +221,7 @@ class Mpu6050Node(DeviceNode):
         self._reported = Counters(**asdict(counters))
         samples = new.pop("samples")
         if not self.is_active:
-            return Report(Level.OK, "inactive", values)
+            return self.idle_report(values)
         return Report(*self._verdict(self.reader, samples, any(new.values())), values)
 
     def _verdict(self, reader: Mpu6050Reader, samples: int, disturbed: bool) -> tuple[Level, str]:

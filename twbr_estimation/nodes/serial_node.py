@@ -208,13 +208,13 @@ class SerialNode(DeviceNode):
         if self._stream is not None:
             values |= {**self._stream.counts, "clock_restarts": self._stream.restarts}
         if not self.is_open:
-            return Report(Level.STALE, self.failure or "not configured", values)
+            return self.idle_report(values)
         assert self._stream is not None
         counts, port = self._stream.counts, self.settings.current.port
         bad = counts["unreadable"] + counts["dropped_bytes"]
         new, self._reported = bad - self._reported, bad
         if not self.is_active:
-            return Report(Level.OK, "inactive", values)
+            return self.idle_report(values)
         if self.is_settled and not counts["samples"]:
             why = self._stream.problem or "nothing comes"
             return Report(Level.ERROR, f"{port}: no sample: {why}", values)

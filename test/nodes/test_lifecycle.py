@@ -1,0 +1,48 @@
+"""What a node that is managed says while it is not active."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import Log
+
+from twbr_estimation.nodes.controller_node import ControllerNode
+from twbr_estimation.nodes.diagnostics import Level
+from twbr_estimation.nodes.encoder_node import EncoderNode
+from twbr_estimation.nodes.mpu6050_node import Mpu6050Node
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters"),
+    [
+        (ControllerNode, {"prepare_all": False}),
+        (Mpu6050Node, {"simulated": True}),
+        (EncoderNode, {"simulated": True}),
+    ],
+)
+def test_a_node_that_is_not_active_is_stale(graph: Any, kind: Any, parameters: Any) -> None:
+    node = graph.add(kind(**graph.options(autostart=False, **parameters)))
+    assert node.report()[:2] == (Level.STALE, "not configured")
+    node.trigger_configure()
+    assert node.report()[:2] == (Level.STALE, "inactive")
+    node.trigger_activate()
+    assert node.report().level is not Level.STALE
+    node.trigger_deactivate()
+    assert node.report()[:2] == (Level.STALE, "inactive")
+    node.trigger_cleanup()
+    assert node.report()[:2] == (Level.STALE, "not configured")
+
+
+def test_a_device_that_cannot_be_opened_is_named(graph: Any) -> None:
+    node = graph.add(EncoderNode(**graph.options(counters=["/nowhere/left", "/nowhere/right"])))
+    level, message, _ = node.report()
+    assert level is Level.STALE and "/nowhere/left" in message
+
+
+def test_a_node_that_becomes_inactive_is_logged(graph: Any) -> None:
+    log = graph.collect(Log, "/rosout")
+    node = graph.add(EncoderNode(**graph.options(simulated=True)))
+    graph.settle()
+    node.trigger_deactivate()
+    graph.spin_until(lambda: any(each.msg == "inactive" for each in log))
