@@ -20,9 +20,9 @@ from .rows import EVERY, Rows, predicted
 
 WINDOW = 0.4
 """Signals are compared over this time [s]."""
-CONTRADICTING = 0.25
+CONTRADICTING = 0.2
 """A window contradicts if this share of its largest signal is left."""
-LEAST_LEFT = 0.15
+LEAST_LEFT = 0.12
 """Less than this is no slip [m/s^2]."""
 ABOVE_NOISE = 2.0
 """And less than this many times the noise of the wheels' readings is none."""
