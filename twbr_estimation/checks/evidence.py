@@ -73,7 +73,7 @@ def calibrated(imu: ImuTrack, setup: Setup) -> tuple[FloatArray, FloatArray]:
 def _scale_error(force: FloatArray, calibration: Calibration, axis: str) -> FloatArray:
     coefficients = getattr(calibration, f"accel_scale_{axis}")
     argument = np.clip(force, *getattr(calibration, f"accel_valid_{axis}"))
-    error = np.zeros_like(argument)
+    error: FloatArray = np.zeros_like(argument)
     for coefficient in reversed(coefficients):
         error = (coefficient + error) * argument
     return error

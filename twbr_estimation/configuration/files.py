@@ -13,13 +13,14 @@ from dataclasses import asdict, fields
 from datetime import datetime, timezone
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar
 
 from .. import __version__
 from ..disk.reading import is_folder
 from ..errors import ConfigurationError
 from ..filters import filter_named, filters, is_filter
 from ..parameters.argument_checks import require_kind
+from ..parameters.bounds import hints_of
 from ..robot import Calibration, CorrectionSettings, Robot, Setup
 from .filter_settings import DEFAULT_FILTER, Settings
 from .ros_yaml import (
@@ -276,7 +277,8 @@ def _correction(entries: Mapping[str, Entry]) -> CorrectionSettings | None:
 
 
 def _section(kind: type[Section], owner: str, entries: Mapping[str, Entry]) -> Section:
-    hints = get_type_hints(kind)
+    resolved: Any = kind
+    hints = hints_of(resolved)
     given = {
         entry.name.partition(".")[2]: entry
         for entry in entries.values()

@@ -12,6 +12,7 @@ import importlib.util
 import os
 import stat
 import sys
+from contextlib import suppress
 from functools import cache
 from itertools import starmap
 from pathlib import Path
@@ -133,9 +134,14 @@ def _write(path: Path, content: bytes) -> None:
         temporary.chmod(0o644)
 
 
-def exists(name: str, ending: str = STEP) -> bool:
-    """Return whether a function was ever kept, for whatever sources; quick."""
-    return any(any(folder.glob(f"{name}.*.{ending}")) for folder in folders())
+def kept_names(ending: str = STEP) -> frozenset[str]:
+    """Return the names of the functions that were ever kept, for whatever sources; quick."""
+    found: set[str] = set()
+    for folder in folders():
+        with suppress(OSError):
+            files = (name for name in os.listdir(folder) if name.endswith(f".{ending}"))
+            found.update(name.partition(".")[0] for name in files)
+    return frozenset(found)
 
 
 def kept(name: str, made: str, ending: str = STEP) -> ObjectCode | None:

@@ -30,7 +30,7 @@ def loaded(name: str) -> Function | None:
 
     It may be called from any thread, once for each step.
     """
-    if not files.exists(name):
+    if name not in files.kept_names():
         return None
     try:
         made = files.made_for(processor())

@@ -51,7 +51,8 @@ class BackgroundSteps:
         self.refusal = ""
         """Why a step that is there was not loaded, in one sentence; empty without reason."""
         self._found: dict[str, _Found] = {}
-        names = [name for name in (CORRECTION, *filters()) if files.exists(name)]
+        kept = files.kept_names()
+        names = [name for name in (CORRECTION, *filters()) if name in kept]
         if names:
             threading.Thread(target=self._load, args=(names,), daemon=True).start()
         else:

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from ..errors import ConfigurationError
 from ..filters.base import Filter
-from ..parameters.bounds import Bounds, Meaning, annotations_of
+from ..parameters.bounds import Bounds, Meaning, annotations_of, hints_of
 
 if TYPE_CHECKING:  # nodes that filter start without the controllers
     from ..controllers.base import Controller
@@ -54,7 +54,7 @@ def declarations_of(
     """
     found: list[Declaration] = []
     kind: Any = type(defaults)
-    annotations, hints = annotations_of(kind), get_type_hints(kind)
+    annotations, hints = annotations_of(kind), hints_of(kind)
     for entry in fields(defaults):
         if only is not None and entry.name not in only:
             continue

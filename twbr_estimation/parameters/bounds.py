@@ -70,7 +70,8 @@ def annotations_of(kind: type[Any]) -> Mapping[str, Bounds | Meaning]:
     return found
 
 
-_hints_of = cache(get_type_hints)
+hints_of = cache(get_type_hints)
+"""Types of the fields of a dataclass or named tuple, by name; resolved once."""
 
 
 def require_bounds(settings: object, prefix: str = "") -> None:
@@ -84,7 +85,7 @@ def require_bounds(settings: object, prefix: str = "") -> None:
         ConfigurationError: another type or length, not a finite number, or outside the bounds.
     """
     kind: Any = type(settings)
-    hints = _hints_of(kind)
+    hints = hints_of(kind)
     for name, annotation in annotations_of(kind).items():
         value = _settled(prefix + name, getattr(settings, name), hints[name], annotation)
         object.__setattr__(settings, name, value)

@@ -10,13 +10,13 @@ from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
     DataRange1d,
-    GlyphRenderer,
     Line,
     PanTool,
     ResetTool,
     SaveTool,
     WheelZoomTool,
 )
+from bokeh.models.renderers import GlyphRenderer
 from bokeh.plotting import figure
 
 from ..noise.analysis import MotionSpectra
