@@ -109,12 +109,12 @@ def motion_of(drive: Drive) -> MotionSpectra:
     first = int(stamps[0]) + round(drive.options.skip * 1e9)
     corrected = drive.corrected_samples.field("angle")
     raw = drive.uncorrected.corrected_samples.field("angle")
-    error, known, _ = errors_of(stamps, corrected, association, first)
-    raw_error, _, _ = errors_of(stamps, raw, association, first)
+    there = association.at(stamps)
+    error, known, _ = errors_of(stamps, corrected, there, first)
+    raw_error, _, _ = errors_of(stamps, raw, there, first)
     stretch = uniform_stretch(stamps[known], "samples with a reference", SHORTEST_MOTION)
-    tilt, _ = association.at(stamps)
     inside = stretch.samples
-    reference = np.degrees(tilt[known][inside])
+    reference = np.degrees(there.tilt[known][inside])
     moved = spectrum(reference, stretch.period)
     return MotionSpectra(
         stretch,

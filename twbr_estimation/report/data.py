@@ -106,7 +106,7 @@ def _stages(drive: Drive) -> Iterator[tuple[str, Drive]]:
 
 def _effects(runs: Runs) -> Iterator[TermEffect]:
     drive = runs.compared
-    if drive.association is None:
+    if (association := drive.association) is None:
         return
     entry = filter_named(drive.settings.filter)
     parameters = entry.configure(
@@ -116,8 +116,9 @@ def _effects(runs: Runs) -> Iterator[TermEffect]:
     for name, stage in _stages(drive):
         corrected = stage.corrected_samples
         estimate = run_filter(entry, parameters, corrected, stage.setup.robot)
+        reference = association.at(corrected.stamps)
         errors = (
-            mean_square_error(corrected.stamps, tilt, drive.association, start)
+            mean_square_error(corrected.stamps, tilt, reference, start)
             for tilt in (corrected.field("angle"), estimate.tilt)
         )
         yield TermEffect(name, *errors)

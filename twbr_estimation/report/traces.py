@@ -80,7 +80,7 @@ def _trace(
     tilt = np.asarray(np.degrees(track.tilt), dtype=np.float64)
     if association is None:
         return Trace(name, *style, visible, times, tilt, np.empty(0), np.empty(0))
-    radians, known, _ = errors_of(track.stamps, track.tilt, association, start)
+    radians, known, _ = errors_of(track.stamps, track.tilt, association.at(track.stamps), start)
     error = np.asarray(np.degrees(radians), dtype=np.float64)
     return Trace(name, *style, visible, times, tilt, times[known], error)
 

@@ -235,7 +235,7 @@ class LiveEvaluation:
             return
         stamps, tilt = estimator.values.stamps[chosen], estimator.values.tilt[chosen]
         first = self._first + round(self._options.skip * 1e9)
-        errors, _, left_out = errors_of(stamps, tilt, association, first)
+        errors, _, left_out = errors_of(stamps, tilt, association.at(stamps), first)
         estimator.sums.add(errors, left_out)
         estimator.scored_to = int(stamps[-1])
 
@@ -246,5 +246,5 @@ class LiveEvaluation:
         inside = values.stamps <= estimator.scored_to
         stamps, tilt = values.stamps[inside], values.tilt[inside]
         first = self._first + round(self._options.skip * 1e9)
-        _, known, _ = errors_of(stamps, tilt, association, first)
+        _, known, _ = errors_of(stamps, tilt, association.at(stamps), first)
         return delay_of(stamps[known], tilt[known], association) if known.any() else 0.0

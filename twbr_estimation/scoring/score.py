@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +107,15 @@ class RecordingScore:
         return {"estimator": list(self.estimators), **table}
 
 
+class ReferenceAt(NamedTuple):
+    """A reference at n stamps."""
+
+    tilt: FloatArray
+    """[rad], (n,)."""
+    known: NDArray[np.bool_]
+    """Whether there is one, (n,); false before, after and in gaps of it."""
+
+
 class Association:
     """A reference, ready to be compared with estimates at any stamps."""
 
@@ -127,23 +136,9 @@ class Association:
         usual = float(np.median(self._periods)) * 1e-9
         limit = max(LARGEST_REFERENCE_GAP, _GAP_PERIODS * usual)
         self._gap_after = self._periods > limit * 1e9
-        self._latest: tuple[StampArray, tuple[FloatArray, NDArray[np.bool_]]] | None = None
 
-    def at(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return the reference at t - delay for each stamp t, and where there is one.
-
-        Args:
-            stamps: [ns], (n,), increasing.
-
-        Returns:
-            Tilt [rad], (n,), and a mask, (n,), false before, after and in gaps of it.
-        """
-        if self._latest is None or self._latest[0] is not stamps:
-            self._latest = stamps, self.interpolated(stamps)
-        return self._latest[1]
-
-    def interpolated(self, stamps: StampArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Do what `at` does without keeping the result for another call with these stamps."""
+    def at(self, stamps: StampArray) -> ReferenceAt:
+        """Return the reference at t - delay for each stamp t [ns], (n,), increasing."""
         times = stamps - round(self._options.reference_delay * 1e9)
         after = np.clip(np.searchsorted(self._times, times), 1, self._times.size - 1)
         before = after - 1
@@ -153,7 +148,7 @@ class Association:
         known = (since >= 0) & (since <= period) & (exact | ~self._gap_after[before])
         share = np.clip(since / period, 0.0, 1.0)
         tilt = self._tilt[before] + share * (self._tilt[after] - self._tilt[before])
-        return tilt, known
+        return ReferenceAt(tilt, known)
 
 
 class ErrorSums:
@@ -203,55 +198,66 @@ class ErrorSums:
 
 
 def errors_of(
-    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+    stamps: StampArray, tilt: FloatArray, reference: ReferenceAt, first_stamp: int
 ) -> tuple[FloatArray, NDArray[np.bool_], int]:
     """Return an estimate's errors where there is a reference.
 
     Args:
         stamps: the estimate's stamps [ns], (n,).
         tilt: the estimate [rad], (n,).
-        association: the reference.
+        reference: the reference at these stamps.
         first_stamp: estimates before it [ns] are not scored.
 
     Returns:
         k errors [rad] within +-pi; which of the n samples they belong to; how many others
         lack a reference.
     """
-    reference, covered = association.at(stamps)
     scored = stamps >= first_stamp
-    known = covered & scored
-    return wrapped(tilt[known] - reference[known]), known, int((scored & ~covered).sum())
+    known = reference.known & scored
+    error = wrapped(tilt[known] - reference.tilt[known])
+    return error, known, int((scored & ~reference.known).sum())
 
 
 def score(
-    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+    stamps: StampArray,
+    tilt: FloatArray,
+    association: Association,
+    first_stamp: int,
+    reference: ReferenceAt | None = None,
 ) -> Score:
-    """Compare an estimate with the reference; the arguments are those of `errors_of`.
+    """Compare an estimate with the reference.
+
+    Args:
+        stamps: the estimate's stamps [ns], (n,).
+        tilt: the estimate [rad], (n,).
+        association: the reference.
+        first_stamp: estimates before it [ns] are not scored.
+        reference: the reference at these stamps, where it is known already.
 
     Raises:
         RecordingError: estimate and reference have no sample in common.
     """
-    sums, known = _summed(stamps, tilt, association, first_stamp)
+    sums, known = _summed(stamps, tilt, reference or association.at(stamps), first_stamp)
     return sums.score(delay_of(stamps[known], tilt[known], association) if sums.samples else 0.0)
 
 
 def mean_square_error(
-    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+    stamps: StampArray, tilt: FloatArray, reference: ReferenceAt, first_stamp: int
 ) -> float:
     """Return the mean square error [deg^2]; the arguments are those of `errors_of`.
 
     Raises:
         RecordingError: estimate and reference have no sample in common.
     """
-    sums, _ = _summed(stamps, tilt, association, first_stamp)
+    sums, _ = _summed(stamps, tilt, reference, first_stamp)
     return sums.score(0.0).mse_deg2
 
 
 def _summed(
-    stamps: StampArray, tilt: FloatArray, association: Association, first_stamp: int
+    stamps: StampArray, tilt: FloatArray, reference: ReferenceAt, first_stamp: int
 ) -> tuple[ErrorSums, NDArray[np.bool_]]:
     """Return the summed errors, and which samples they belong to."""
-    errors, known, left_out = errors_of(stamps, tilt, association, first_stamp)
+    errors, known, left_out = errors_of(stamps, tilt, reference, first_stamp)
     sums = ErrorSums()
     sums.add(errors, left_out)
     return sums, known
@@ -274,7 +280,7 @@ def delay_of(stamps: StampArray, tilt: FloatArray, association: Association) -> 
     for _ in range(_DELAY_ITERATIONS):
         shifted = chosen - round(delay * 1e9)
         (value, known), (earlier, k1), (later, k2) = (
-            association.interpolated(shifted + offset) for offset in (0, -half, half)
+            association.at(shifted + offset) for offset in (0, -half, half)
         )
         use = known & k1 & k2
         slope = (later - earlier)[use] / (2e-9 * half)
@@ -311,11 +317,13 @@ def score_recording(
     options = options or ScoringOptions()
     first = int(recording.imu.stamps[0]) + round(options.skip * 1e9)
     finite, found = finite_only(estimates, int(recording.imu.stamps[0]))
-    scores, name = {}, "reference"
+    scores, name, stamps, reference = {}, "reference", np.empty(0, dtype=np.int64), None
     try:
         association = association or Association(recording.reference, options)
         for name, track in finite.items():
-            scores[name] = score(track.stamps, track.tilt, association, first)
+            if track.stamps is not stamps:  # filters share them, and so the reference there
+                stamps, reference = track.stamps, association.at(track.stamps)
+            scores[name] = score(stamps, track.tilt, association, first, reference)
     except RecordingError as error:
         raise RecordingError(f"{recording.source}: {name}: {error}") from None
     if found and not scores:

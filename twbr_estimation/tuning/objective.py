@@ -157,9 +157,7 @@ def _index_of(known: NDArray[np.bool_]) -> slice | NDArray[np.bool_]:
 
 def _slope(association: Association, stamps: StampArray) -> FloatArray:
     half = round(SLOPE_HALF_WIDTH * 1e9)
-    (earlier, known), (later, also) = (
-        association.interpolated(stamps + offset) for offset in (-half, half)
-    )
+    (earlier, known), (later, also) = (association.at(stamps + offset) for offset in (-half, half))
     return np.where(known & also, (later - earlier) / (2.0 * SLOPE_HALF_WIDTH), 0.0)
 
 
