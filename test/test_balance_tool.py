@@ -29,7 +29,7 @@ from twbr_estimation.filters import listed_filters
 TOOLS = Path(__file__).resolve().parent.parent / "tools"
 TOOL = TOOLS / "balance.py"
 LEAVE_SCREEN, SHOW_CURSOR = b"\x1b[?1049l", b"\x1b[?25h"
-TIMEOUT = 60.0
+TIMEOUT = 180.0
 
 
 @pytest.fixture
@@ -76,11 +76,11 @@ def test_without_a_terminal_it_prints_lines_and_ends() -> None:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=TIMEOUT,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     lines = result.stdout.splitlines()
-    assert 4 <= len(lines) <= 6
+    assert 2 <= len(lines) <= 6, "one a second at most, and the last"
     assert "complementary MSE" in lines[-1] and "falls 0" in lines[-1]
     assert "\x1b" not in result.stdout
 
@@ -177,7 +177,10 @@ def test_it_opens_the_page_and_ends_with_every_node() -> None:
 def test_what_cannot_be_simulated_is_reported() -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2: pip install .[ros]")
     result = subprocess.run(
-        [sys.executable, str(TOOL), "--world", "moon"], capture_output=True, text=True, timeout=60
+        [sys.executable, str(TOOL), "--world", "moon"],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
     )
     assert result.returncode == 1
     assert "moon" in result.stderr and "Traceback" not in result.stderr

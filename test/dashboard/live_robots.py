@@ -21,7 +21,7 @@ CALIBRATION = {
 LOSSLESS = ("imu/data_raw", "imu/data_corrected", "imu/data", "joint_states", "motor/command")
 ROLLS_OUT = {"stillness__wheel_limit": 1.0}
 """Wheels of the fallen robot go on rolling slowly [rad]."""
-LONGEST = 60.0
+LONGEST = 180.0
 """A wait for the robot's time [s]."""
 SECOND = "second"
 """Namespace of the other robot."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import socket
 import subprocess
@@ -12,7 +13,8 @@ from typing import Any
 
 from report.browser import Browser
 
-TIMEOUT = 60.0
+TIMEOUT = 180.0
+"""Longest wait for what must come [s]; ends a test that fails, also on a slow machine."""
 OUTSIDE = (
     "[...document.querySelectorAll('.q-card, th, td, button, .q-badge, [data-mark]')]"
     ".filter(e => e.offsetParent && e.getBoundingClientRect().right > innerWidth)"
@@ -48,12 +50,13 @@ def mark(name: str) -> str:
 
 
 def click(browser: Browser, name: str) -> None:
-    """Click what is marked so, as soon as it is there."""
-    until(browser, f"(e => e !== null && (e.click(), true))({mark(name)})")
+    """Click what is marked so, as soon as it is there and the page has a connection."""
+    until(browser, f"twbr.isConnected() && (e => e !== null && (e.click(), true))({mark(name)})")
 
 
 def type_into(browser: Browser, name: str, value: str) -> None:
     """Replace what a field holds, and leave it a moment later."""
+    until(browser, f"{mark(name)} !== null")
     browser.evaluate(
         f"(async () => {{ const e = {mark(name)}; const i = e.matches('input') ? e : "
         f"e.querySelector('input'); i.focus(); i.value = '{value}'; "
@@ -64,6 +67,19 @@ def type_into(browser: Browser, name: str, value: str) -> None:
 
 def press(browser: Browser, key: str, kind: str = "keyDown") -> None:
     browser.call("Input.dispatchKeyEvent", type=kind, key=key, code=f"Key{key.upper()}")
+
+
+def place_of(browser: Browser, name: str) -> dict[str, float]:
+    """Return the box of what is marked so, in pixels, as soon as nothing moves it any more."""
+    box = f"JSON.stringify({mark(name)}?.getBoundingClientRect() ?? null)"
+    still = (
+        f"new Promise(done => {{ const first = {box}; "
+        f"setTimeout(() => done(first === {box} && first), 500); }})"
+    )
+    end = time.monotonic() + TIMEOUT
+    while (found := browser.evaluate(still)) in (False, "null"):
+        assert time.monotonic() < end, f"{name} has no place that lasts"
+    return dict(json.loads(found))
 
 
 def said(browser: Browser, words: str) -> None:
@@ -80,17 +96,29 @@ def hide(browser: Browser, hidden: bool) -> None:
 
 
 def choose(browser: Browser, name: str, option: str) -> None:
-    """Choose from the list of a select."""
-    until(browser, f"{mark(name)} !== null")
-    browser.evaluate(f"{mark(name)}.closest('.q-field').click()")
+    """Choose from the list of a select, which is opened anew where the page was loaded anew."""
     item = f"[...document.querySelectorAll('.q-item')].find(e => e.innerText == '{option}')"
-    until(browser, f"!!{item}")
-    browser.evaluate(f"{item}.click()")
+    field = f"{mark(name)}?.closest('.q-field')"
+    opened = "document.querySelector('.q-menu')"
+    until(
+        browser,
+        f"(item => item ? (item.click(), true) : ({opened} || {field}?.click(), false))({item})",
+    )
+    until(browser, f"!{opened}")
 
 
 @contextmanager
 def process(command: Sequence[str], **environment: str) -> Iterator[str]:
-    """Run a program that serves a page; yield the last word of what it says first."""
+    """Run a program that serves a page; yield the page's address."""
+    with running(command, **environment) as (_, address):
+        yield address
+
+
+@contextmanager
+def running(
+    command: Sequence[str], **environment: str
+) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run a program that serves a page; yield it and the last word of what it says first."""
     plain: Mapping[str, str] = {
         key: value for key, value in os.environ.items() if not key.startswith("PYTEST")
     }
@@ -107,6 +135,6 @@ def process(command: Sequence[str], **environment: str) -> Iterator[str]:
             while "http://" not in line:
                 line = server.stdout.readline()
                 assert line, "the server has ended"
-            yield line.split()[-1]
+            yield server, line.split()[-1]
         finally:
             server.terminate()

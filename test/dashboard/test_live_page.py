@@ -23,6 +23,7 @@ from dashboard.looking import (
     click,
     free_port,
     mark,
+    place_of,
     process,
     said,
     text,
@@ -38,7 +39,8 @@ from twbr_estimation.simulation.worlds import PAPER_CALIBRATION
 
 NODE = "import sys; from twbr_estimation.nodes.dashboard_node import main; sys.exit(main())"
 BAG = Path(__file__).resolve().parents[2] / "bags" / "verification"
-REFERENCE = "twbr.robots.get(0).traces.get('reference').slice(-{0}).map(p => Math.abs(p[1]))"
+TILTS = "twbr.robots.get(0).traces.get('reference')"
+REFERENCE = f"{TILTS}.slice(-{{0}}).map(p => Math.abs(p[1]))"
 
 
 class Scene(NamedTuple):
@@ -145,12 +147,25 @@ def test_a_refused_value_is_said_with_its_reason_and_goes_back(scene: Scene) -> 
     until(scene, f"Math.abs(Number({value}) - {before}) < 1e-5")
 
 
+def push_until_it_leans(scene: Scene) -> None:
+    """Push, again where the lean was over between two pictures, as on a slow computer."""
+    begin = scene.browser.evaluate("twbr.robots.get(0).latest()")
+    leans = f"{TILTS}.some(p => p[0] > {begin} && Math.abs(p[1]) > 2)"
+    for _ in range(6):
+        click(scene.browser, "push forward")
+        seen(scene, "pushed by 3 N")
+        end = time.monotonic() + 0.1 * TIMEOUT
+        while time.monotonic() < end:
+            if scene.browser.evaluate(leans):
+                return
+            time.sleep(0.05)
+    pytest.fail("it was pushed and did not lean")
+
+
 def test_a_pushed_robot_leans_and_recovers(scene: Scene) -> None:
     said(scene.browser, "balancing")
     until(scene, f"Math.max(...{REFERENCE.format(30)}) < 1.5")
-    click(scene.browser, "push forward")
-    seen(scene, "pushed by 3 N")
-    until(scene, f"Math.max(...{REFERENCE.format(900)}) > 2")
+    push_until_it_leans(scene)
     until(scene, f"Math.max(...{REFERENCE.format(30)}) < 1.5")
     said(scene.browser, "balancing")
 
@@ -211,7 +226,7 @@ def test_it_fits_a_phone(scene: Scene) -> None:
     scene.browser.resize(390, 844, mobile=True)
     try:
         until(scene, "window.innerWidth === 390 && document.documentElement.scrollWidth <= 390")
-        assert scene.browser.evaluate(OUTSIDE) == []
+        until(scene, f"{OUTSIDE}.length === 0")
     finally:
         scene.browser.resize(1280, 900)
 
@@ -256,11 +271,9 @@ def test_a_recording_is_looked_at_with_a_slider(tmp_path: Path) -> None:
         until_true(browser, "document.body.innerText.includes('active: complementary')")
         click(browser, "pause")
         said(browser, "paused")
-        right, middle = browser.evaluate(
-            f"(() => {{ const b = {mark('time')}.getBoundingClientRect(); "
-            "return [b.right - 1, b.top + b.height / 2] })()"
-        )
-        place = {"x": right, "y": middle, "button": "left", "clickCount": 1}
+        box = place_of(browser, "time")
+        middle = box["top"] + box["height"] / 2
+        place = {"x": box["right"] - 1, "y": middle, "button": "left", "clickCount": 1}
         for kind in ("mousePressed", "mouseReleased"):
             browser.call("Input.dispatchMouseEvent", type=kind, **place)
         end = browser.evaluate(f"{mark('state')}.innerText.match(/of ([0-9.]+) s/)[1]")

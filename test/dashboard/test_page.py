@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 import sys
 import urllib.error
 import urllib.request
@@ -17,11 +18,14 @@ pytest.importorskip("nicegui", reason="needs the extra dashboard")
 from dashboard.looking import (
     OUTSIDE,
     choose,
+    click,
     free_port,
     hide,
     mark,
+    place_of,
     press,
     process,
+    running,
     said,
     text,
     type_into,
@@ -105,8 +109,9 @@ def test_text_from_the_robot_is_not_markup(browser: Browser) -> None:
 
 
 def test_a_paused_chart_stands_still_and_goes_on(browser: Browser) -> None:
+    until(browser, "!!twbr.robots.get(0).listened")
     browser.evaluate("twbr.pause(0, true)")
-    drawn = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption().series[0]?.data.length ?? 0"
+    drawn = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption().series[0].data.at(-1)[0]"
     before = browser.evaluate(drawn)
     frames = browser.evaluate("twbr.robots.get(0).frames")
     until(browser, f"twbr.robots.get(0).frames > {frames + 10}")
@@ -164,7 +169,7 @@ def test_values_under_the_pointer_are_shown_while_the_picture_stands_still(
 ) -> None:
     shown = "getElement(twbr.robots.get(0).ids.tilt).chart.getOption().tooltip[0].show"
     until(browser, "!!twbr.robots.get(0).listened")
-    assert browser.evaluate(shown) is False
+    until(browser, f"{shown} === false")  # also after a moment without pictures
     browser.evaluate("twbr.pause(0, true)")
     until(browser, shown)
     browser.evaluate("twbr.pause(0, false)")
@@ -218,18 +223,18 @@ def test_keys_that_are_typed_into_a_field_drive_nothing(browser: Browser) -> Non
     )
     press(browser, "w")
     assert browser.evaluate("twbr.robots.get(0).pad.keys.size") == 0
+    assert browser.evaluate("twbr.robots.get(0).pad.visible") is True
 
 
 def test_the_pad_drives_while_it_is_held(browser: Browser) -> None:
-    until(browser, f"{mark('pad')} !== null")
-    box = browser.evaluate(f"(() => {{ const b = {mark('pad')}.getBoundingClientRect(); "
-                           "return [b.left + b.width / 2, b.top + b.height / 2] })()")  # fmt: skip
-    place = {"x": box[0], "button": "left", "clickCount": 1}
-    browser.call("Input.dispatchMouseEvent", type="mousePressed", y=box[1] - 16, **place)
+    box = place_of(browser, "pad")
+    x, y = box["left"] + box["width"] / 2, box["top"] + box["height"] / 2
+    place = {"x": x, "button": "left", "clickCount": 1}
+    browser.call("Input.dispatchMouseEvent", type="mousePressed", y=y - 16, **place)
     said(browser, "driven 0.1 0")
-    browser.call("Input.dispatchMouseEvent", type="mouseMoved", y=box[1] + 500, **place)
+    browser.call("Input.dispatchMouseEvent", type="mouseMoved", y=y + 500, **place)
     said(browser, "driven -0.2 0")
-    browser.call("Input.dispatchMouseEvent", type="mouseReleased", y=box[1] + 500, **place)
+    browser.call("Input.dispatchMouseEvent", type="mouseReleased", y=y + 500, **place)
     said(browser, "driven 0 0")
 
 
@@ -242,9 +247,33 @@ def test_a_trace_that_costs_much_is_received_once_the_legend_shows_it(browser: B
 
 
 def test_an_action_shows_its_outcome(browser: Browser) -> None:
-    until(browser, f"{mark('calibrate')} !== null")
-    browser.evaluate(f"{mark('calibrate')}.click()")
+    click(browser, "calibrate")
     until(browser, "document.body.innerText.includes('calibrate done')")
+
+
+def test_a_stalled_server_is_said_keeps_the_page_and_is_sent_no_late_action(
+    tmp_path: Path,
+) -> None:
+    if chromium() is None:
+        pytest.skip(f"none of {', '.join(NAMES)} is installed")
+    command = [sys.executable, str(PAGE), str(free_port())]
+    with running(command) as (server, address), Browser(tmp_path) as page:
+        page.call("Page.navigate", url=address)
+        until(page, f"window.twbr?.robots.get(0)?.frames > 3 && {mark('calibrate')} !== null")
+        page.evaluate("window.isTheSame = true")
+        server.send_signal(signal.SIGSTOP)
+        try:
+            until(page, f"{mark('late')}.innerText.startsWith('late: no connection for ')")
+            page.evaluate("new Promise(done => setTimeout(done, 5000))")
+            page.evaluate(f"{mark('calibrate')}.click()")
+        finally:
+            server.send_signal(signal.SIGCONT)
+        until(page, f"!{mark('late')}.innerText.includes('no connection')")
+        click(page, "lose")
+        until(page, "document.body.innerText.includes('lose done')")
+        assert "calibrate done" not in text(page)
+        assert page.evaluate("window.isTheSame") is True, "nothing was loaded anew"
+        assert page.complaints() == []
 
 
 def test_it_fits_a_phone(browser: Browser) -> None:
@@ -252,7 +281,7 @@ def test_it_fits_a_phone(browser: Browser) -> None:
     until(browser, "window.innerWidth === 390")
     until(browser, "document.documentElement.scrollWidth <= 390")
     until(browser, "document.querySelectorAll('th').length >= 8")
-    assert browser.evaluate(OUTSIDE) == []
+    until(browser, f"{OUTSIDE}.length === 0")
 
 
 def test_a_page_that_only_shows_offers_nothing(tmp_path: Path) -> None:

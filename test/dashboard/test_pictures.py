@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from twbr_estimation.dashboard.pictures import Pictures, text_of
+from twbr_estimation.dashboard.pictures import EMPTY, Pictures, text_of
 from twbr_estimation.dashboard.telemetry import ACTIVE, Telemetry
 
 
@@ -21,6 +21,7 @@ class Robot:
 
     def __init__(self) -> None:
         self.telemetry, self.looked_at, self.fails = Telemetry(), False, False
+        self.is_silent, self.silent_polls = False, 0
         self.wanted: list[str] = []
         self.commands: list[tuple[float, float]] = []
         self._stamp, self.failures = 0, 0
@@ -38,6 +39,9 @@ class Robot:
         if self.fails:
             self.failures += 1
             raise RuntimeError("a defect")
+        if self.is_silent:
+            self.silent_polls += 1
+            return
         self._stamp += 33_000_000
         self.telemetry.add_estimate(ACTIVE, self._stamp, 0.1)
 
@@ -102,6 +106,17 @@ def test_pictures_come_again_after_a_defect(caplog: pytest.LogCaptureFixture) ->
 
     looking(scene)
     assert caplog.text.count("a defect") == 1, "logged once, not 30 times a second"
+
+
+def test_the_connection_is_seen_to_last_where_nothing_arrives() -> None:
+    async def scene(robot: Robot, socket: Socket, pictures: Pictures) -> None:
+        robot.is_silent = True
+        count = len(socket.pictures)
+        await until(lambda: len(socket.pictures) >= count + 3)
+        assert socket.pictures[-1]["traces"] == {}
+        assert robot.silent_polls >= 2 * EMPTY, "one a second, not 30"
+
+    looking(scene)
 
 
 def test_a_slow_browser_gets_everything_later_and_delays_no_other() -> None:

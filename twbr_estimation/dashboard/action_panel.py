@@ -22,7 +22,7 @@ class ActionPanel:
         self._source, self._read_only = source, read_only
         self._notices = Notices()
         self._names: tuple[str, ...] = ()
-        self._buttons = ui.row().classes("w-full")
+        self._buttons = ui.row().classes("w-full twbr-actions")
         self.pad: int | None = None
         """Element that is the pad; None where nothing may be driven."""
         if read_only:

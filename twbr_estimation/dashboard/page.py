@@ -149,7 +149,7 @@ class RobotView:
             with scene.group().move(z=radius) as wheels:
                 for side in (-0.5, 0.5):
                     with scene.group().move(y=side * width):
-                        disc = scene.cylinder(radius, radius, 0.15 * width)
+                        disc = scene.cylinder(radius, radius, 0.15 * width, radial_segments=32)
                         disc.material("#424242")
                         spoke = scene.box(1.8 * radius, 0.17 * width, 0.2 * radius)
                         spoke.material("#ffc107")

@@ -15,6 +15,8 @@ from .telemetry import merged
 
 PICTURES = 30.0
 """Pictures a second."""
+EMPTY = 30
+"""One in so many pictures is sent although nothing has arrived: the connection is seen to last."""
 LARGEST_DELAY = 10.0
 """A browser that has not taken what came in this time is left [s]."""
 LOG = logging.getLogger(__name__)
@@ -87,14 +89,15 @@ class Pictures:
             self._source.close()
 
     async def _send(self) -> None:
-        """Poll and offer pictures as long as a page is open."""
+        """Poll and offer pictures as long as a page is open; empty ones where nothing arrives."""
         loop = asyncio.get_running_loop()
-        due = loop.time()
+        due, empty = loop.time(), 0
         while self._viewers:
             try:
                 self._source.poll()
                 frame = self._source.telemetry.frame()
-                if frame["traces"] or frame.get("reset"):
+                empty = 0 if frame["traces"] or frame.get("reset") else empty + 1
+                if empty % EMPTY == 0:
                     for viewer in self._viewers:
                         viewer.offer(frame)
             except Exception as error:  # the next picture must come in any case

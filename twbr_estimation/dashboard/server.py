@@ -14,6 +14,8 @@ from .addresses import reachable
 from .source import Source
 
 STATIC = Path(__file__).parent / "static"
+RECONNECT_TIMEOUT = 30.0
+"""A page whose connection was lost for less goes on; after more it is loaded anew [s]."""
 
 
 class DashboardError(TwbrError):
@@ -113,6 +115,7 @@ def serve(
         show_welcome_message=False,
         uvicorn_logging_level="warning",
         access_log=False,
+        reconnect_timeout=RECONNECT_TIMEOUT,
         binding_refresh_interval=60.0,  # nothing is bound
         ws_per_message_deflate=False,  # costs more than it saves on small messages
     )

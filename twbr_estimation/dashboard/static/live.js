@@ -10,11 +10,13 @@ const STILL = 500; // without a new picture, until the charts show values under 
 const KNOB = 32; // way of the knob from the middle of the pad [px]
 const LOOK_BACK = 5000; // over which pictures are judged [ms]
 const LATE = 100; // time between two pictures that is usual and still fine [ms]
+const SILENT = 3000; // without a message of the server, which sends one a second at least [ms]
 const BEHIND = 300; // age of a picture, above the least of this connection, that is still fine [ms]
 const DIRECTIONS = {
   w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1],
   arrowup: [1, 0], arrowdown: [-1, 0], arrowleft: [0, 1], arrowright: [0, -1],
 };
+const STOPS = ["disable", "stop recording"]; // done whenever the connection comes again
 const PUSHES = { q: "push back", e: "push forward" };
 
 // Limits of the tilt's axis where it spans less than two degrees: noise shall look small.
@@ -77,6 +79,7 @@ class Robot {
     this.known = "";
     this.tips = null;
     this.pictures = [];
+    this.heard = performance.now();
     this.sizes = new ResizeObserver(() => this.fit());
     this.judging = setInterval(() => this.judge(), 1000);
     this.pad = new Pad(ids.pad === null ? null : getHtmlElement(ids.pad), (command) => this.say({ drive: command }));
@@ -103,7 +106,10 @@ class Robot {
   // The page is hidden or shown again.
   look(hidden) {
     if (hidden) this.socket?.close();
-    else this.connect();
+    else {
+      this.heard = performance.now();
+      this.connect();
+    }
   }
 
   say(message) {
@@ -111,6 +117,8 @@ class Robot {
   }
 
   take(frame) {
+    this.heard = performance.now();
+    if (!frame.reset && !Object.keys(frame.traces).length) return; // nothing has arrived there
     this.frames += 1;
     this.sent = 1000 * frame.at;
     this.least = Math.min(this.least, performance.now() - this.sent);
@@ -168,13 +176,19 @@ class Robot {
     if (!this.paused) this.drawCharts();
   }
 
+  get silence() {
+    return document.hidden ? 0 : performance.now() - this.heard;
+  }
+
   // Say where the page does not keep up: what it shows is then old.
   judge() {
     if (this.ids.late === null) return;
-    const first = performance.now() - LOOK_BACK;
-    this.pictures = this.pictures.filter(([time]) => time >= first);
+    const now = performance.now(), { silence } = this;
+    this.pictures = this.pictures.filter(([time]) => time >= now - LOOK_BACK);
     const label = getHtmlElement(this.ids.late);
-    if (label) label.textContent = document.hidden ? "" : lateness(this.pictures);
+    if (!label) return;
+    const words = silence > SILENT ? `late: no connection for ${Math.round(silence / 1000)} s` : lateness(this.pictures);
+    label.textContent = document.hidden ? "" : words;
   }
 
   drawCharts() {
@@ -363,6 +377,9 @@ class Pad {
 window.twbr = {
   robots: new Map(),
   lateness,
+  isConnected() {
+    return !((shownRobot()?.silence ?? 0) > SILENT);
+  },
   start(index, ids) {
     this.robots.get(index)?.close();
     this.robots.set(index, new Robot(index, ids));
@@ -393,6 +410,12 @@ function releaseAll() {
   for (const robot of window.twbr.robots.values()) robot.pad.release();
 }
 
+// What is pressed without a connection would be done at some later moment: only stopping may.
+addEventListener("click", (event) => {
+  const button = event.target.closest?.(".twbr-actions button");
+  if (!button || STOPS.includes(button.dataset.mark) || window.twbr.isConnected()) return;
+  event.stopImmediatePropagation();
+}, true);
 addEventListener("keydown", (event) => {
   const robot = shownRobot(), key = event.key.toLowerCase();
   if (!robot || isTyping(event) || event.ctrlKey || event.altKey || event.metaKey) return;
