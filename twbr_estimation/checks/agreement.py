@@ -55,7 +55,7 @@ def agreement(parts: Sequence[Part], robot: Robot, track: WheelTrack | None) -> 
     if rows is None or rows.wheels is None or track is None:
         yield _skipped("no wheels, or no stretch of 6 s with both")
         if rows is not None:
-            yield from without_wheels(rows)
+            yield from without_wheels(rows, parts)
         return
     noise = robot.wheel_radius * acceleration_noise(track)
     if reason := _not_comparable(rows, robot, noise):

@@ -13,13 +13,9 @@ from typing import NamedTuple
 
 from ..samples import RESTART_GAP, STANDARD_GRAVITY, CorrectedSample
 from .finding import Finding, Severity
-from .swing import SignWatch
+from .swing import BLOCK, WINDOW, SignWatch
 from .units import of_accelerometer
 
-BLOCK = 0.1
-"""Time over which readings are averaged [s]."""
-WINDOW = 20
-"""Blocks that are looked at together."""
 MOVING = 0.02
 """Change of the tilt from block to block, rms [rad], from which on the robot moves."""
 CLEAR = 0.7

@@ -14,6 +14,10 @@ from collections.abc import Sequence
 from itertools import accumulate
 from typing import Protocol
 
+BLOCK = 0.1
+"""Time over which readings are averaged [s]."""
+WINDOW = 20
+"""Blocks that are looked at together."""
 OPPOSITE = 0.3
 """Ratio of the gyro's turn to the accelerometer's from which on a sign can be judged."""
 CONFIRMED = 3
@@ -86,10 +90,22 @@ def shows_wrong_sign(
         turned: changes of the gyro's tilt [rad], (n,).
         lengths: mean length of the specific force in the plane of the tilt, in any unit, (n,).
     """
-    lean, turn = list(accumulate(shown)), list(accumulate(turned))
-    given = misfit(lengths, [b - a for a, b in zip(lean, turn, strict=True)])
-    other = misfit(lengths, [-b - a for a, b in zip(lean, turn, strict=True)])
+    given, other = misfits(list(accumulate(shown)), list(accumulate(turned)), lengths)
     return other < FITTING and given > BETTER * other
+
+
+def misfits(
+    lean: Sequence[float], turn: Sequence[float], lengths: Sequence[float]
+) -> tuple[float, float]:
+    """Return the misfit of the lengths with the gyro's sign as it is, and with the other one.
+
+    Args:
+        lean: the accelerometer's tilt, apart from a constant [rad], (n,).
+        turn: the gyro's [rad], (n,).
+        lengths: mean length of the specific force in the plane of the tilt, in any unit, (n,).
+    """
+    given = misfit(lengths, [b - a for a, b in zip(lean, turn, strict=True)])
+    return given, misfit(lengths, [-b - a for a, b in zip(lean, turn, strict=True)])
 
 
 def misfit(lengths: Sequence[float], deflections: Sequence[float]) -> float:
