@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..checks.blocks import white_deviation, window_means
 from ..recording import FloatArray
 
 BLOCKS = 60
@@ -21,15 +22,6 @@ DRIFT_TIMES = (5.0, 300.0)
 DRIFT_SPREAD = 3.0
 """Factor by which the drift of one sensor in three is larger or smaller than usual."""
 _TIMES, _SIZES = 14, 25
-
-
-def white_deviation(values: FloatArray) -> FloatArray:
-    """Return the standard deviation of one reading without drift, (k,), from values (n, k).
-
-    Half the mean square of the differences of neighbours.
-    """
-    deviation: FloatArray = np.sqrt(0.5 * np.mean(np.square(np.diff(values, axis=0)), axis=0))
-    return deviation
 
 
 def standard_errors(values: FloatArray, dt: float, usual_drift: float) -> FloatArray:
@@ -44,8 +36,7 @@ def standard_errors(values: FloatArray, dt: float, usual_drift: float) -> FloatA
         (k,) in the unit of the readings; the error against the mean over a long time.
     """
     size = max(values.shape[0] // BLOCKS, 1)
-    count = values.shape[0] // size
-    means = values[: count * size].reshape(count, size, -1).mean(axis=1)
+    means = window_means(values, size)
     noise = np.square(white_deviation(values)) / size
     pairs = zip(means.T, noise, strict=True)
     errors = [

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks.blocks import runs_of, white_deviation
 from ..recording import FloatArray, Recording
-from .drift import white_deviation
 
 WINDOW = 0.25
 """Readings are averaged over this time [s]."""
@@ -47,10 +47,8 @@ def _stretches(recording: Recording) -> Iterator[Held]:
     imu, dt = recording.imu, recording.dt
     size = max(round(WINDOW / dt), 2) if dt > 0.0 else imu.stamps.size + 1
     count = imu.stamps.size // size
-    calm = [False] + [_calm(imu.gyro, imu.accel, k * size, (k + 1) * size) for k in range(count)]
-    edges = np.flatnonzero(np.diff(np.array([*calm, False], dtype=np.int64)))
-    for first, last in edges.reshape(-1, 2):
-        begin, end = int(first) * size, int(last) * size
+    calm = [_calm(imu.gyro, imu.accel, k * size, (k + 1) * size) for k in range(count)]
+    for begin, end in (runs_of(np.array(calm, dtype=bool)) * size).tolist():
         for part in _split(imu.accel, begin, end, size):
             if (part[1] - part[0]) * dt >= SHORTEST:
                 inside = slice(*part)

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..checks.blocks import BLOCK, Blocks
+from ..checks.blocks import BLOCK, Blocks, runs_of
 from ..errors import RecordingError
 from ..recording import FloatArray, Recording
 
@@ -74,7 +75,7 @@ def _resolution(tilt: FloatArray) -> float:
     return float(steps[steps > 0.0].min(initial=math.inf))
 
 
-def _held(times: FloatArray, tilt: FloatArray, gyro: FloatArray) -> FloatArray:
+def _held(times: FloatArray, tilt: FloatArray, gyro: FloatArray) -> NDArray[np.bool_]:
     """Return for each reading whether the robot is held at that time, (n,)."""
     blocks = Blocks(times)
     angle, rate = blocks.means(tilt), blocks.means(gyro)
@@ -84,15 +85,14 @@ def _held(times: FloatArray, tilt: FloatArray, gyro: FloatArray) -> FloatArray:
     steady[:-1] &= ~moves
     if steady.any():
         steady &= blocks.away(gyro, np.median(rate[steady], axis=0)) < GYRO_RATE
-    held: FloatArray = steady[blocks.of_reading]
+    held: NDArray[np.bool_] = steady[blocks.of_reading]
     return held
 
 
-def _runs(held: FloatArray, times: FloatArray) -> list[FloatArray]:
+def _runs(held: NDArray[np.bool_], times: FloatArray) -> list[FloatArray]:
     """Return the indices of each pose, its ends left out."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(np.int64), [0]])))
     runs = []
-    for begin, end in edges.reshape(-1, 2):
+    for begin, end in runs_of(held):
         span = times[begin:end]
         kept = (span >= span[0] + SETTLED) & (span <= span[-1] - SETTLED)
         if span[-1] - span[0] >= SHORTEST_POSE + 2.0 * SETTLED:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..checks.blocks import window_means
+from ..checks.blocks import white_deviation, window_means
 from ..errors import MotionError, RecordingError
 from ..recording import FloatArray, Recording
 from ..robot import Calibration, Setup
-from .drift import standard_errors, white_deviation
+from .drift import standard_errors
 from .stillness import StillnessLimits, Triple, accel_bias, movement_in, specific_force
 
 SHORTEST = 5.0

@@ -10,6 +10,7 @@ import numpy as np
 from ..recording import FloatArray, Recording
 from ..robot import Setup
 from ..samples import RESTART_GAP
+from .blocks import white_deviation
 from .evidence import calibrated
 from .finding import Finding, Severity, passed
 
@@ -124,8 +125,8 @@ def _calm(values: FloatArray, limit: float) -> bool:
 
 
 def _white(values: FloatArray) -> float:
-    """Return the largest white noise of an axis, from differences of neighbours."""
-    return float(np.sqrt(0.5 * np.mean(np.square(np.diff(values, axis=0)), axis=0)).max())
+    """Return the largest white noise of an axis."""
+    return float(white_deviation(values).max())
 
 
 def _noise(values: FloatArray, still: list[tuple[int, int]]) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks.blocks import BLOCK, window_means
+from ..checks.blocks import BLOCK, runs_of, window_means
 from ..recording import FloatArray, ImuTrack
 
 _BLOCKS = 10  # in a window that is at rest or not
@@ -50,12 +50,11 @@ def longest_rest(imu: ImuTrack, dt: float) -> slice:
     for values, limit in ((imu.gyro, RATE_LIMIT), (imu.accel, ACCEL_LIMIT)):
         means = window_means(values[: count * size], block).reshape(count, _BLOCKS, 3)
         calm &= np.all(means.std(axis=1) < limit, axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], calm, [False]]).astype(int)))
-    if edges.size == 0:
+    runs = runs_of(calm)
+    if runs.size == 0:
         return slice(0, 0)
-    lengths = edges[1::2] - edges[::2]
-    longest = int(np.argmax(lengths))
-    return slice(int(edges[2 * longest]) * size, int(edges[2 * longest + 1]) * size)
+    begin, end = runs[np.argmax(runs[:, 1] - runs[:, 0])].tolist()
+    return slice(begin * size, end * size)
 
 
 def drift(values: FloatArray, period: float, window: float) -> Drift:

@@ -1,9 +1,10 @@
 """The forward pass of the smoother: the error-state filter of `ins_odometer`, written down.
 
-Navigation, covariance and measurements are those of the filter, with three differences: a slip
-increases the covariance before the measurement, as noise of the step; biases are estimated at
-all times, because the backward sweep corrects wrong ones; and everything that the backward
-sweep needs is kept.
+Navigation, covariance and measurements are the functions of the filter. Their order is another,
+so that the two steps share parts and not a whole: a slip increases the covariance before the
+measurement, as noise of the step; biases are estimated at all times, because the backward sweep
+corrects wrong ones; nothing is replaced by the vertical, and neither wheels nor rest are judged,
+as a state that begins afresh has no way back; and everything that the backward sweep needs is kept.
 """
 
 from __future__ import annotations
