@@ -1,9 +1,10 @@
 """CPU time of commands as a user runs them, on the bundled recording of 40 s.
 
-    python bench/bench_commands.py [--before CHECKOUT]
+    python bench/bench_commands.py [--before CHECKOUT] [--warm]
 
 With the checkout of an earlier version each command is measured there, too, in turns, and the
-ratio is given. The first table is that of all filters with nothing compiled yet, on the clock.
+ratio is given. The first table is that of all filters with nothing compiled yet, on the clock;
+`--warm` leaves it out.
 """
 
 from __future__ import annotations
@@ -62,6 +63,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--before", type=Path, help="checkout of an earlier version")
     parser.add_argument("--repeats", type=int, default=5, help="the best run counts")
+    parser.add_argument("--warm", action="store_true", help="leave out the first table")
     arguments = parser.parse_args()
     checkouts = [ROOT, *([arguments.before] if arguments.before else [])]
     subprocess.run([sys.executable, "-m", "twbr_estimation.batch.precompile"], check=True, cwd=ROOT)
@@ -80,6 +82,8 @@ def main() -> int:
             if len(best) > 1:
                 found += f", {best[0] / best[1]:.2f} of {best[1]:.2f} s before"
             row(name, found, f"{required:g} of what it was")
+        if arguments.warm:
+            return 0
         fresh = str(Path(folder, "nothing_compiled"))
         clock, cpu = measured(ROOT, ["evaluate", str(BAG)], NUMBA_CACHE_DIR=fresh)
     row("first table", f"{clock:.1f} s, {cpu:.1f} s of CPU", f"{FIRST_TABLE:g} s on two cores")

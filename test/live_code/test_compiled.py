@@ -12,10 +12,10 @@ import pytest
 pytest.importorskip("numba")
 
 from twbr_estimation.errors import WorkerError
-from twbr_estimation.filters.base import filter_named
+from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.live_code import files, loading
 from twbr_estimation.live_code.checking import check, corrected_samples
-from twbr_estimation.live_code.precompile import compiled
+from twbr_estimation.live_code.precompile import _named, compiled
 from twbr_estimation.live_code.providing import (
     BackgroundSteps,
     compiled_correction,
@@ -191,3 +191,8 @@ def test_a_process_without_any_is_ready_at_once(
     monkeypatch.setattr(files, "folders", lambda: (tmp_path,))
     steps = BackgroundSteps()
     assert steps.ready and not steps.names and steps.correction() is None
+
+
+def test_all_stands_for_every_filter_that_a_user_chooses_among() -> None:
+    assert _named(["all", "kalman"]) == list(listed_filters())
+    assert _named([]) == ["ins_odometer"]

@@ -200,3 +200,20 @@ def test_a_gap_that_starts_the_filter_afresh_has_to_be_confirmed() -> None:
     for index in range(400):
         estimate = live.step(sample(0.3, 0.005)._replace(gyro_y=0.002 * (index % 5 - 2)))
     assert live.trusted(estimate)
+
+
+def test_the_active_filter_is_compared_without_a_second_step_until_another_is_chosen() -> None:
+    live, alone = stream(filter="kalman", compare=("all",)), stream(filter="kalman")
+    beside = stream(filter="complementary", compare=("kalman",))
+    for index in range(60):
+        each = sample(0.2 * math.sin(0.1 * index))
+        if index == 30:
+            other = FilterSettings(filter="complementary", compare=("all",))
+            live.configure(FilterConfiguration(other, {}, Robot()))
+        shown = live.step(each)
+        beside.step(each)
+        expected = alone.step(each)
+        found = live.compare(each)
+        assert found["kalman"] == expected == beside.compare(each)["kalman"]
+        assert index >= 30 or shown == expected
+    assert set(found) == set(listed_filters())

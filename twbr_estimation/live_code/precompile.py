@@ -1,8 +1,9 @@
 """Prepare machine code for the live path: `python -m twbr_estimation.live_code.precompile`.
 
 Compiles the correction's step and those of the filters named, by default of `ins_odometer`, checks
-them against the interpreted ones sample by sample, and keeps them where nodes look. To be run once
-after each installation or update; nodes interpret where it has not been.
+them against the interpreted ones sample by sample, and keeps them where nodes look. `all` stands
+for all filters, for a node that compares them. To be run once after each installation or update;
+nodes interpret where it has not been.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import sys
 from collections.abc import Sequence
 
 from ..errors import TwbrError, WorkerError
-from ..filters.base import filter_named
+from ..filters.base import filter_named, listed_filters
 from ..pipeline.watched_filter import SELF_JUDGED
 from . import files
 from .checking import check
@@ -68,17 +69,23 @@ def prepare(name: str) -> None:
         raise WorkerError(f"{name}: the compiled step cannot be used: {result.stderr[-500:]}")
 
 
+def _named(names: Sequence[str]) -> list[str]:
+    """Return the filters of these names; `all` stands for those a user chooses among."""
+    found = [listed_filters() if name == "all" else (name,) for name in names or DEFAULT]
+    return list(dict.fromkeys(name for each in found for name in each))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Prepare what is asked for; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[2])
-    parser.add_argument("names", nargs="*", metavar="FILTER", help=f"default: {DEFAULT[0]}")
+    parser.add_argument("names", nargs="*", metavar="FILTER", help=f"or all; default: {DEFAULT[0]}")
     parser.add_argument("--check", metavar="STEP", help=argparse.SUPPRESS)
     chosen = parser.parse_args(arguments)
     try:
         if chosen.check:
             check(chosen.check)
             return 0
-        for name in (CORRECTION, *(chosen.names or DEFAULT)):
+        for name in (CORRECTION, *_named(chosen.names)):
             print(f"{name} ...", end=" ", flush=True)
             prepare(name)
             print("ready", flush=True)

@@ -66,7 +66,12 @@ class TiltOutputs:
         self._plotted = self._degrees.get_subscription_count() > 0
 
     def publish_comparison(self, stamp: int, estimates: Mapping[str, TiltEstimate]) -> None:
-        """Publish the estimates of the filters that run beside; those not finite are left out."""
+        """Publish the estimates of the filters that run beside; those not finite are left out.
+
+        Nothing is encoded while no node subscribes.
+        """
+        if not estimates or not self._compare.get_subscription_count():
+            return
         finite = {name: e for name, e in estimates.items() if math.isfinite(e.tilt + e.rate)}
         if not finite:
             return

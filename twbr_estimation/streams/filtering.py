@@ -21,8 +21,13 @@ class FilterStream:
         self._elapsed, self._steps = 0.0, 0
         self._provide: Callable[[Filter], StepCode | None] = _interpreted
         self._sample: CorrectedSample | None = None
+        self._estimate = TiltEstimate(0.0, 0.0)
         self._active = self._prepared(configuration.settings.filter)
-        self._beside = {name: self._prepared(name) for name in configuration.settings.compared()}
+        # One that is compared from the start takes the same steps as the active one, once for both.
+        self._beside = {
+            name: self._active if name == self._active.name else self._prepared(name)
+            for name in configuration.settings.compared()
+        }
 
     def _prepared(self, name: str) -> WatchedFilter:
         parameters = self._configuration.parameters.get(name)
@@ -40,7 +45,7 @@ class FilterStream:
 
     def _running(self) -> Iterator[WatchedFilter]:
         yield self._active
-        yield from self._beside.values()
+        yield from (each for each in self._beside.values() if each is not self._active)
 
     @property
     def settings(self) -> FilterSettings:
@@ -98,7 +103,8 @@ class FilterStream:
             self._elapsed += sample.dt
             self._steps += 1
         self._sample = sample
-        return self._active.step(sample)
+        self._estimate = self._active.step(sample)
+        return self._estimate
 
     def compare(self, sample: CorrectedSample) -> dict[str, TiltEstimate]:
         """Feed the filters that run beside and return their estimates by name.
@@ -108,7 +114,8 @@ class FilterStream:
         found = {}
         for name, running in self._beside.items():
             try:
-                found[name] = running.step(sample)
+                shared = running is self._active
+                found[name] = self._estimate if shared else running.step(sample)
             except (ArithmeticError, ValueError):
                 running.forget()
         return found
