@@ -186,7 +186,7 @@ def test_nothing_but_numbers_is_published(graph: Any, balanced: Any) -> None:
         twist = TwistStamped()
         twist.twist.linear.x = twist.twist.angular.z = value
         cmd.publish(twist)
-    graph.spin_until(lambda: node._stream.guard.counts["not_finite"] == 3)
+    graph.spin_until(lambda: node.report().values.get("tilt_not_finite") == 3)
     assert upright(robot.run(1.0))
     assert all(math.isfinite(sum(each)) for each in robot.commands)
 

@@ -58,8 +58,9 @@ def test_it_polls_by_a_clock_that_cannot_be_set(
     graph: Any, use_sim_time: bool, kind: ClockType
 ) -> None:
     node = _start(graph, simulated=True, use_sim_time=use_sim_time)
-    assert node._timer.clock.clock_type is kind
-    assert node._starter.clock.clock_type is ClockType.STEADY_TIME
+    kinds = [timer.clock.clock_type for timer in node.timers]
+    steady = 2 if kind is ClockType.ROS_TIME else 3  # the starter and the report, not the poll
+    assert (len(kinds), kinds.count(ClockType.STEADY_TIME)) == (3, steady)
 
 
 def test_one_wheel(graph: Any) -> None:
@@ -124,7 +125,8 @@ def test_silence_is_an_error(graph: Any, monkeypatch: pytest.MonkeyPatch) -> Non
     node = _start(graph, (_rolling(1.0),), joint_names=["wheel"])
     graph.spin_until(lambda: len(received) >= 5)
     assert node.report().level is Level.OK
-    node._timer.cancel()
+    for timer in node.timers:
+        timer.cancel()
     later = time.monotonic() + 12.0
     monkeypatch.setattr(encoder_node.time, "monotonic", lambda: later)
     report = node.report()
@@ -150,7 +152,7 @@ def test_counters_outlive_the_device(graph: Any) -> None:
     node.lose_device("unplugged")
     assert node.report().values["wheel.missed_edges"] == 7
     counter.errors, counter.ambiguous = 3, 0
-    node._start()
+    node.begin()
     values = node.report().values
     assert values["wheel.missed_edges"] == 10
     assert values["wheel.ambiguous_edges"] == 2

@@ -37,9 +37,9 @@ class Source:
     def __init__(self, graph: Any) -> None:
         create = graph.probe.create_publisher
         self._graph = graph
-        self._reference = create(JointState, "reference/joint_states", 1000)
+        self.reference = create(JointState, "reference/joint_states", 1000)
         self._compare = create(JointState, "tilt/compare", 1000)
-        self._imu = {name: create(Imu, name, 1000) for name in ("imu/data", "other/imu")}
+        self.imus = {name: create(Imu, name, 1000) for name in ("imu/data", "other/imu")}
 
     def joints(self, publisher: Any, stamp: int, **positions: float) -> None:
         message = JointState(name=list(positions), position=list(positions.values()))
@@ -50,13 +50,13 @@ class Source:
         message = Imu()
         set_stamp(message, stamp)
         set_tilt(message.orientation, tilt)
-        self._imu[topic].publish(message)
+        self.imus[topic].publish(message)
 
     def publish(self, index: int, error: float, start: int = START) -> None:
         """Publish one instant; the error [rad] is that of `imu/data`."""
         stamp = start + PERIOD * index
         tilt = 0.2 * math.sin(0.01 * index)
-        self.joints(self._reference, stamp, tilt=tilt)
+        self.joints(self.reference, stamp, tilt=tilt)
         self.joints(self._compare, stamp, exact=tilt, high=tilt + math.radians(1.0))
         self.imu("imu/data", stamp, tilt + error)
         self.imu("other/imu", stamp, tilt - 2.0 * error)
@@ -70,8 +70,8 @@ def evaluator(graph: Any, **parameters: Any) -> EvaluatorNode:
 
 def received(node: EvaluatorNode) -> int:
     node.publish_figures()
-    scores = node._live.scores(delays=False)
-    return min((score.samples for score in scores.values()), default=0)
+    values = node.report().values
+    return min((count for name, count in values.items() if name.endswith(".samples")), default=0)
 
 
 def test_known_errors_come_back_as_figures_topics_and_json(graph: Any, tmp_path: Path) -> None:
@@ -145,8 +145,8 @@ def test_messages_without_an_orientation_are_not_scored(graph: Any) -> None:
     empty = Imu()
     empty.orientation_covariance[0] = -1.0
     set_stamp(empty, START + 50 * PERIOD)
-    source._imu["imu/data"].publish(empty)
-    graph.spin_until(lambda: node._live.refused == {"active": 1})
+    source.imus["imu/data"].publish(empty)
+    graph.spin_until(lambda: node.report().values.get("active.not_used") == 1)
     assert received(node) == 50
 
 
@@ -213,12 +213,12 @@ def test_an_estimator_of_another_type_sign_and_unit_joins(graph: Any) -> None:
         source.joints(joints, START + PERIOD * index, knee=1.0, pitch=their)
         source.joints(joints, START + PERIOD * index, elbow=1.0)  # somebody else's
     graph.spin_until(lambda: received(node) == 100)
-    scores = node._live.scores(delays=False)
-    assert scores["their"].max_abs_deg == pytest.approx(0.0, abs=1e-9)
-    assert scores["plain"].bias_deg == pytest.approx(2.0)
-    assert scores["wheel"].bias_deg == pytest.approx(3.0)
-    assert scores["wheel"].mse_deg2 == pytest.approx(9.0)
-    assert node._live.refused == {}
+    values = node.report().values
+    assert values["their.max_abs_deg"] == pytest.approx(0.0, abs=1e-9)
+    assert values["plain.bias_deg"] == pytest.approx(2.0)
+    assert values["wheel.bias_deg"] == pytest.approx(3.0)
+    assert values["wheel.mse_deg2"] == pytest.approx(9.0)
+    assert not [name for name in values if name.endswith(".not_used")]
 
 
 def test_a_number_without_a_stamp_counts_from_its_arrival(graph: Any, peer: Any) -> None:
@@ -229,7 +229,7 @@ def test_a_number_without_a_stamp_counts_from_its_arrival(graph: Any, peer: Any)
 
     def publish() -> None:
         now = time.time_ns()
-        source.joints(source._reference, now, tilt=(now - begin) * 1e-9)
+        source.joints(source.reference, now, tilt=(now - begin) * 1e-9)
         pitch.publish(Float64(data=(now - begin) * 1e-9))
 
     graph.settle()
@@ -241,8 +241,8 @@ def test_a_number_without_a_stamp_counts_from_its_arrival(graph: Any, peer: Any)
         graph.spin_until(lambda count=count: theirs.received == count)
     publish()  # the reference must pass the last stamp
     graph.spin_until(lambda: received(node) >= 50)
-    score = node._live.scores(delays=False)["theirs"]
-    assert -math.degrees(0.05) < score.bias_deg < 0.0  # late by up to 50 ms, never early
+    bias = node.report().values["theirs.bias_deg"]
+    assert -math.degrees(0.05) < bias < 0.0  # late by up to 50 ms, never early
 
 
 def test_a_simulated_clock_stamps_what_has_no_stamp(graph: Any, peer: Any) -> None:
@@ -260,11 +260,11 @@ def test_a_simulated_clock_stamps_what_has_no_stamp(graph: Any, peer: Any) -> No
         message.clock.sec, message.clock.nanosec = divmod(stamp, 10**9)
         clock.publish(message)
         graph.spin_until(lambda stamp=stamp: node.get_clock().now().nanoseconds == stamp)
-        source.joints(source._reference, stamp, tilt=0.02 * index)
+        source.joints(source.reference, stamp, tilt=0.02 * index)
         pitch.publish(Float64(data=0.02 * index))
         graph.spin_until(lambda index=index: theirs.received == index + 1)
     graph.spin_until(lambda: received(node) == 20)
-    assert node._live.scores(delays=False)["theirs"].max_abs_deg == pytest.approx(0.0, abs=1e-9)
+    assert node.report().values["theirs.max_abs_deg"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_why_an_estimator_is_not_compared_is_reported(graph: Any, peer: Any) -> None:
@@ -275,7 +275,7 @@ def test_why_an_estimator_is_not_compared_is_reported(graph: Any, peer: Any) -> 
     graph.settle()
     for index in range(50):
         stamp = START + PERIOD * index
-        source.joints(source._reference, stamp, tilt=0.0)
+        source.joints(source.reference, stamp, tilt=0.0)
         source.imu("other/imu", 0, 0.0)
         source.imu("imu/data", stamp - 3_000_000_000, 0.0)
     words.publish(String(data="upright"))

@@ -83,6 +83,35 @@ def test_degrees_are_published_only_while_they_are_plotted(graph: Any, sensors: 
     assert [each.data for each in degrees] == [math.degrees(each.data) for each in tilts[3:]]
 
 
+@pytest.mark.parametrize(("dt", "expected"), [(0.002, False), (0.01, True)])
+def test_defaults_tuned_at_another_period_are_named(graph: Any, dt: float, expected: bool) -> None:
+    """As offline, for the active filter and those that run beside it."""
+    node = filter_in(graph, filter="alpha_beta_wb", compare=["kalman_tuned"], timeout=20.0)
+    received = graph.collect(DiagnosticArray, "/diagnostics")
+    for index in range(300):
+        x = 0.01 * (index % 3)
+        readings = 0.0, 0.0, 0.0, x, 0.0, 9.81
+        variances = 1e-6, 1e-6, 1e-6, 1e-2, 1e-2, 1e-2
+        sample = CorrectedSample(
+            dt, math.atan2(-x, 9.81), 1e-3, *readings, *variances, 0.0, 0.0, 0.0
+        )
+        node.take(10**12 + index * round(dt * 1e9), sample)
+
+    def said() -> list[str]:
+        mine = [s for each in received for s in each.status if s.name == "filter_node"]
+        counted = [s for s in mine if {"samples": "300"}.items() <= _values(s).items()]
+        return [s.message for s in counted]
+
+    graph.spin_until(lambda: bool(said()))
+    names = "defaults of alpha_beta_wb, kalman_tuned: tuned at 0.002 s, used at 0.01 s"
+    assert (names in said()[0]) == expected
+    assert ("tuned" in said()[0]) == expected
+
+
+def _values(status: Any) -> dict[str, str]:
+    return {each.key: each.value for each in status.values}
+
+
 def feed(graph: Any, sensors: Any, angle: float, tilts: list[Any], first: int, count: int) -> None:
     """Publish corrected samples 5 ms apart and wait for their tilts."""
     for index in range(first, first + count):

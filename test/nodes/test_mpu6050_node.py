@@ -177,8 +177,8 @@ def test_it_polls_by_a_clock_that_cannot_be_set(graph: Any, simulated: bool) -> 
     chip = None if simulated else SimulatedMpu6050(time.monotonic_ns)
     node = _start(graph, chip, simulated=simulated)
     assert node.is_active
-    for timer in (node._timer, node._starter):
-        assert timer.clock.clock_type is ClockType.STEADY_TIME
+    kinds = {timer.clock.clock_type for timer in node.timers}
+    assert kinds == {ClockType.STEADY_TIME}
 
 
 def test_a_dead_gyro_is_an_error_in_words(graph: Any) -> None:
@@ -211,7 +211,7 @@ def test_counters_outlive_the_bus(graph: Any) -> None:
     chip.nack(1)
     graph.spin_until(lambda: node.reader.counters.bus_errors == 1)
     node.lose_device("unplugged")
-    node._start()
+    node.begin()
     graph.spin_until(lambda: node.reader.counters.samples > 20)
     assert node.report().values["bus_errors"] == 1
 

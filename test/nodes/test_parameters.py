@@ -54,7 +54,8 @@ def test_an_empty_array_default_can_be_filled_at_run_time(graph: Any) -> None:
 def test_all_parameters_can_be_asked_for_at_once(graph: Any) -> None:
     node = graph.add(Node("subject", **graph.options()))
     _setup_parameters(node, [])
-    names = [name for name in node._parameters if not name.startswith("qos_overrides")]
+    declared = node.list_parameters([], 0).names
+    names = [name for name in declared if not name.startswith("qos_overrides")]
     response = graph.call(
         GetParameters, "/subject/get_parameters", GetParameters.Request(names=names)
     )

@@ -163,7 +163,7 @@ def test_a_robot_without_heading_does_not_turn():
 
 def test_another_controllers_parameters_are_checked_before_anything_changes():
     live, now = balancing()
-    wrong = replace(live._configuration, parameters={"pid": {"tilt_gain": -1.0}})
+    wrong = BalanceConfiguration(parameters={"pid": {"tilt_gain": -1.0}})
     with pytest.raises(ConfigurationError, match=r"pid\.tilt_gain"):
         live.configure(wrong)
     assert fed(live, now + PERIOD) != OFF
