@@ -3,13 +3,12 @@
 PYTHON ?= $(or $(shell cat .venv/made_by 2>/dev/null),python3)
 BIN := .venv/bin
 
-.PHONY: help venv demo balance test coverage lint format bench docs clean
+.PHONY: help venv demo balance test lint format bench docs clean
 
 help:
 	@echo "make demo      replay the bundled recording through the live graph; errors as a table"
 	@echo "make balance   see a simulated robot balance on a page: push it, drive it"
-	@echo "make test      run the tests"
-	@echo "make coverage  run the tests that need no ROS; fail below the floor in pyproject.toml"
+	@echo "make test      run the tests; fail below the floor of coverage in pyproject.toml"
 	@echo "make lint      check lint, format and types"
 	@echo "make format    rewrite the sources in the project's format"
 	@echo "make bench     measure speed and memory"
@@ -26,16 +25,11 @@ demo: venv
 balance: venv
 	@$(BIN)/python tools/balance.py
 
-# What runs nodes in real time runs alone; everything else on two cores.
+# What runs nodes in real time runs alone; everything else on two cores, its coverage measured.
 REAL_TIME := test/nodes test/robustness test/dashboard test/hardware test/test_balance_tool.py test/test_demo.py
 test: venv
-	$(BIN)/python -m pytest -n 2 --dist loadfile $(REAL_TIME:%=--ignore=%)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --cov $(REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest $(REAL_TIME)
-
-# Of what runs without ROS and real time; Python 3.12 and later measure it at little cost.
-coverage: venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[coverage]'
-	COVERAGE_CORE=sysmon $(BIN)/python -m pytest -n 2 --dist loadfile --cov $(REAL_TIME:%=--ignore=%)
 
 lint: venv
 	$(BIN)/ruff check .
