@@ -31,6 +31,9 @@ def test_a_few_filters_run_where_none_is_named(served: list[Any]) -> None:
     (source,) = served
     assert source.active == FEW[0]
     assert names_of(source) == {"reference", "active", *FEW[1:]}
+    source.seek(1.5)
+    deviations = [deviation for _, _, deviation in source.telemetry.frame()["errors"]]
+    assert len(deviations) > 50 and min(deviations) > 0.0, "its own, for the 2-sigma band"
 
 
 def test_the_first_filter_named_is_the_active_one(

@@ -16,6 +16,8 @@ from .telemetry import ACTIVE, REFERENCE, Telemetry
 
 STEP = 0.01
 """Time between two points of a trace [s]."""
+Trace = tuple[StampArray, FloatArray, FloatArray]
+"""Stamps, tilt [rad] and its variance [rad^2], zeros where that is not known."""
 BEFORE = 10.0
 """Time that is drawn before the one sought [s]."""
 
@@ -32,7 +34,7 @@ class RecordedSource(Source):
         self._robot = runs.drive.setup.robot
         self._warnings = runs.warnings
         self.active = next(iter(runs.tracks), "")
-        self._tracks = self._named(runs.tracks, runs.recording.reference)
+        self._tracks = self._named(runs, runs.recording.reference)
         wheels = runs.recording.wheels
         self._wheels = None if wheels is None else (wheels.stamps, wheels.angle.mean(axis=1))
         stamps = runs.recording.imu.stamps
@@ -40,15 +42,14 @@ class RecordedSource(Source):
         self._shown = self._begin = self._first
         self._started: float | None = None
 
-    def _named(
-        self, tracks: Any, reference: TiltTrack | None
-    ) -> dict[str, tuple[StampArray, FloatArray]]:
-        """Return stamps and tilt by trace; the first estimator is the active one."""
+    def _named(self, runs: Runs, reference: TiltTrack | None) -> dict[str, Trace]:
+        """Return what is drawn by trace; the first estimator is the active one."""
         found = {}
         if reference is not None:
             found[REFERENCE] = _thinned(reference)
-        for index, (name, track) in enumerate(tracks.items()):
-            found[ACTIVE if index == 0 else name] = _thinned(track)
+        for index, (name, track) in enumerate(runs.tracks.items()):
+            variance = runs[name].tilt_variance if name in runs else None
+            found[ACTIVE if index == 0 else name] = _thinned(track, variance)
         return found
 
     def open(self) -> None:
@@ -82,13 +83,14 @@ class RecordedSource(Source):
 
     def _pass_on(self, begin: int, end: int) -> None:
         self.telemetry.seconds(self._first)
-        for name, (stamps, tilt) in self._tracks.items():
-            a, b = np.searchsorted(stamps, (begin, end), side="right")
-            for stamp, value in zip(stamps[a:b].tolist(), tilt[a:b].tolist(), strict=True):
+        for name, columns in self._tracks.items():
+            a, b = np.searchsorted(columns[0], (begin, end), side="right")
+            points = zip(*(column[a:b].tolist() for column in columns), strict=True)
+            for stamp, tilt, variance in points:
                 if name == REFERENCE:
-                    self.telemetry.add_reference(int(stamp), value)
+                    self.telemetry.add_reference(int(stamp), tilt)
                 else:
-                    self.telemetry.add_estimate(name, int(stamp), value)
+                    self.telemetry.add_estimate(name, int(stamp), tilt, variance)
         self._shown = end
         if self._wheels is not None:
             angle, lean = float(np.interp(end, *self._wheels)), self.telemetry.pose.tilt
@@ -165,9 +167,10 @@ class RecordedSource(Source):
         return (self._last - self._first) * 1e-9
 
 
-def _thinned(track: TiltTrack) -> tuple[StampArray, FloatArray]:
+def _thinned(track: TiltTrack, variance: FloatArray | None = None) -> Trace:
     """Return about a point each `STEP`."""
     stamps = track.stamps
+    known = np.zeros(stamps.size) if variance is None else variance
     period = float(np.median(np.diff(stamps))) * 1e-9 if stamps.size > 1 else STEP
     every = max(int(STEP / max(period, 1e-6)), 1)
-    return stamps[::every], track.tilt[::every]
+    return stamps[::every], track.tilt[::every], np.where(np.isfinite(known), known, 0.0)[::every]
