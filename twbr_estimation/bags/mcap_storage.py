@@ -1,6 +1,6 @@
 """Read MCAP files chunk by chunk, also truncated and damaged ones.
 
-No message depends on the summary at
+Schemas and channels are parsed with the `mcap` package. No message depends on the summary at
 the end of the file, which a recorder that was killed did not write. Checksums are checked where
 there are any: a chunk whose own is wrong is left out and counted; where that of the whole data
 section is wrong, this is reported.
@@ -19,10 +19,10 @@ import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from .mcap_channels import read_channel, read_schema
 from .mcap_checksums import data_checksum
 from .mcap_chunk import RECORD_HEAD, RecordStarts, messages_in
 from .mcap_records import MAGIC as MAGIC
@@ -119,14 +119,14 @@ class McapStorage:
         stream = ReadDataStream(BytesIO(content))
         try:
             if opcode == Opcode.SCHEMA:
-                schema = read_schema(stream)
-                self._schemas[schema.identifier] = full_type(schema.name)
+                schema = Schema.read(stream)
+                self._schemas[schema.id] = full_type(schema.name)
             else:
-                channel = read_channel(stream)
+                channel = Channel.read(stream)
                 topic = absolute(channel.topic)
-                self._topics[channel.identifier] = topic
-                self.types[topic] = self._schemas.get(channel.schema, "unknown type")
-                self.encodings[topic] = channel.encoding
+                self._topics[channel.id] = topic
+                self.types[topic] = self._schemas.get(channel.schema_id, "unknown type")
+                self.encodings[topic] = channel.message_encoding
         except (McapError, struct.error, ValueError, OverflowError, MemoryError):
             self.repairs["damaged schema or channel record skipped"] += 1
 
