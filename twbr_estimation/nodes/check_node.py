@@ -86,15 +86,12 @@ class CheckNode(GuardedNode):
 
     def _on_imu(self, data: bytes) -> None:
         stamp, values = decode_raw_imu(data)
-        self.acceptance.add_imu(self._stamping.stamp(stamp, self._clock_now()), values)
+        self.acceptance.add_imu(self._stamping.stamp(stamp, self.clock_now()), values)
 
     def _on_joints(self, data: bytes) -> None:
-        reading = self._wheels.decode(data, self._clock_now())
+        reading = self._wheels.decode(data, self.clock_now())
         if reading is not None:
             self.acceptance.add_wheels(reading)
-
-    def _clock_now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
 
     def _on_reference(self, data: bytes) -> None:
         stamp, names, positions = self._joints.decode(data)

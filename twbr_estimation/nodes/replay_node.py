@@ -283,7 +283,7 @@ class ReplayNode(GuardedNode):
 
     def now(self) -> int:
         """Return the present time [ns]; part of `player.Sink`."""
-        return int(self.get_clock().now().nanoseconds)
+        return self.clock_now()
 
     def _on_pause(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.player.pause()

@@ -177,8 +177,7 @@ class SerialNode(DeviceNode):
             return
         if not data or self._stream is None:
             return
-        arrival = int(self.get_clock().now().nanoseconds)
-        for stamp, sample in self._stream.add(data, arrival):
+        for stamp, sample in self._stream.add(data, self.clock_now()):
             if self.is_active:
                 self._publish(stamp, sample)
 

@@ -88,7 +88,7 @@ class SimulatorNode(GuardedNode):
         if settings.lockstep:
             self._timer = wall_timer(self, PERIOD, self._watch)
         else:
-            self.simulator.begin_at(self._now())
+            self.simulator.begin_at(self.clock_now())
             self._timer = wall_timer(self, settings.imu_period, self.follow)
 
     def _publish_topics(self) -> None:
@@ -113,21 +113,18 @@ class SimulatorNode(GuardedNode):
         self._fallen.publish(Bool(data=False))
         self._lay = False
 
-    def _now(self) -> int:
-        return int(self.get_clock().now().nanoseconds)
-
     def follow(self) -> None:
         """Let the robot come up to the present."""
         if self._paused:
-            self.simulator.begin_at(self._now())
+            self.simulator.begin_at(self.clock_now())
             return
-        for reading in self.simulator.advance_to(self._now()):
+        for reading in self.simulator.advance_to(self.clock_now()):
             self._publish(reading)
 
     def present(self) -> int:
         """Return the time [ns] with the robot at it, for simulated chips."""
         self.follow()
-        return self._now()
+        return self.clock_now()
 
     def _on_command(self, data: bytes) -> None:
         if not self.settings.lockstep:
