@@ -4,10 +4,11 @@ The outlook of Laddach 2022: a gyro that reads a few percent low turns every swi
 of the tilt. Here the gain is a third state, learned from the corrected angle while the robot
 swings: tilt' = (1 + gain) gyro - bias. The product of state and input makes the filter an
 extended one, with A = [1, -dt, dt gyro; 0, 1, 0; 0, 0, 1] in Laddach 2022 (26)-(31). The
-covariance is corrected in Joseph's form, so that it stays one. The products of the 3 x 3 matrices
-are written out: as array operations of `model_based.covariance` a step of the live path takes ten
-times the processor time, and rounds otherwise.
+covariance is corrected in Joseph's form, so that it stays one.
 """
+
+# The products of the 3 x 3 matrices are written out: with the array operations of
+# `model_based.covariance` a live step takes ten times the processor time, and rounds otherwise.
 
 from __future__ import annotations
 
