@@ -169,3 +169,37 @@ def test_of_two_senders_with_clocks_of_their_own_one_is_kept(offset: int) -> Non
 def test_stamps_that_are_all_the_same_are_refused() -> None:
     with pytest.raises(RecordingError, match=r"all 4 messages are equal; .*arrival"):
         clean([7 * SECOND] * 4)
+
+
+def coarse(values: np.ndarray, tick: int, period: int = 5 * MS) -> tuple[Columns, Counter[str]]:
+    """Return what is left of readings that came every `period` on a clock of so coarse a tick."""
+    repairs: Counter[str] = Counter()
+    times = 10 * SECOND + period * np.arange(len(values), dtype=np.int64)
+    columns = Columns(times // tick * tick, times, values, np.full(len(values), "f", dtype=object))
+    return Cleaner("/topic", repairs).clean(columns, slice(None)), repairs
+
+
+@pytest.mark.parametrize("tick", [10 * MS, 20 * MS, 15_625_000])
+def test_readings_within_a_tick_of_a_coarse_clock_are_kept(tick: int) -> None:
+    values = np.random.default_rng(1).standard_normal((400, 3))
+    kept, repairs = coarse(values, tick)
+    assert np.array_equal(kept.values, values)
+    assert np.abs(kept.stamps - (10 * SECOND + 5 * MS * np.arange(400))).max() < tick
+    assert np.all(np.diff(kept.stamps) > 0)
+    (name,) = repairs
+    assert f"spread evenly within a tick of their clock, {tick / MS:.3g} ms" in name
+
+
+def test_a_smooth_motion_on_a_coarse_clock_has_the_stamps_it_was_read_at() -> None:
+    values = np.sin(0.02 * np.arange(400.0))[:, None]
+    kept, _ = coarse(values, 10 * MS)
+    assert np.array_equal(kept.stamps, 10 * SECOND + 5 * MS * np.arange(400))
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.5])
+def test_messages_sent_twice_or_by_two_senders_are_not_spread(apart: float) -> None:
+    values = np.repeat(np.sin(0.02 * np.arange(200.0)), 2)[:, None]
+    values[1::2] += apart
+    kept, repairs = coarse(values, 10 * MS)
+    assert kept.values[:, 0].tolist() == values[::2, 0].tolist()
+    assert repairs == {"/topic: messages with a repeated stamp dropped": 200}

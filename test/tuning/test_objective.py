@@ -40,6 +40,25 @@ def test_roughness_is_priced_by_the_slope_of_the_noise() -> None:
         assert extra == pytest.approx(expected, rel=0.01, abs=1e-4)
 
 
+def test_a_hole_in_the_reference_is_no_roughness() -> None:
+    made = simulate("ideal", 0.01, 8.0, 1)
+    reference = made.recording.reference
+    assert reference is not None
+    kept = np.abs(1e-9 * (reference.stamps - reference.stamps[0]) - 4.0) > 1.0
+    holed = replace(reference, stamps=reference.stamps[kept], tilt=reference.tilt[kept])
+    rough = {}
+    for name, each in (("whole", reference), ("holed", holed)):
+        one = prepare(Drive(replace(made.recording, reference=each), made.setup))
+        assert one.joined is not None
+        assert np.count_nonzero(~one.joined) == (2 if name == "whole" else 5)
+        tilt = one.reference
+        nothing = np.zeros(tilt.size)
+        rough[name] = Objective(roughness_weight=1.0).value(
+            nothing, tilt, one.slope, one.dt, one.joined
+        )
+    assert rough["holed"] == pytest.approx(rough["whole"], rel=0.5)
+
+
 def test_objectives_are_named() -> None:
     assert Objective.parsed("mse") == Objective()
     assert Objective.parsed("mse+roughness") == Objective(roughness_weight=1e-4)

@@ -4,6 +4,7 @@ Messages are first put into the order in which they were recorded: by the bag's 
 their own stamps rise better so (the recorder's clock was set back), as they lie in the file. Then
 * stamps of zero are dropped, except a first one that the next follows within a second;
 * where two senders alternate, each with a clock of its own, the messages of one are kept;
+* where a clock ticks more slowly than messages come, those of one tick are spread evenly in it;
 * a lone stamp more than a second off both neighbours is dropped;
 * of messages equal in stamp and content the first is kept;
 * where stamps jump back (a looped bag, a clock that was set) the longest stretch between such
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError
 from ..recording import ABSURD
+from .coarse_stamps import spread_in_ticks
 from .decoding import Columns
 
 JUMP = 1_000_000_000
@@ -70,6 +72,7 @@ class Cleaner:
         columns = self._one_frame(columns)
         columns = self._stamped(columns)
         columns = self._one_clock(columns)
+        columns = self._one_time_each(columns)
         columns = self._one_pass(columns)
         columns = self._sorted(columns)
         self._count_gaps(columns)
@@ -129,6 +132,15 @@ class Cleaner:
         return self.keep(
             columns, near, "messages of another sender, with a clock of its own, dropped"
         )
+
+    def _one_time_each(self, columns: Columns) -> Columns:
+        """Spread the messages of a clock that ticks more slowly than they come."""
+        before = columns.stamps
+        columns, tick = spread_in_ticks(columns)
+        if tick:
+            what = f"messages spread evenly within a tick of their clock, {1e3 * tick:.3g} ms"
+            self.count(what, int(np.count_nonzero(columns.stamps != before)))
+        return columns
 
     def _one_pass(self, columns: Columns) -> Columns:
         columns = self.keep(columns, ~_lone(columns.stamps), "messages with a stray stamp dropped")

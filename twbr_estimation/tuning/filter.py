@@ -146,7 +146,7 @@ def _mean_figure(
     figures = []
     for each in sets:
         tilt = run_filter(entry, parameters, each.corrected, each.setup.robot).tilt[each.known]
-        figures.append(objective.value(each.errors(tilt), tilt, each.slope, each.dt))
+        figures.append(objective.value(each.errors(tilt), tilt, each.slope, each.dt, each.joined))
     return float(np.mean(figures))
 
 

@@ -17,8 +17,12 @@ from ..recording import FloatArray, StampArray
 from ..robot import CorrectionSettings, Setup
 from ..scoring.score import Association
 
+BoolArray = NDArray[np.bool_]
+
 SLOPE_HALF_WIDTH = 0.01
 """The reference's rate is its difference over twice this [s]: one sample shows its counts only."""
+LONGEST_STEP = 1.5
+"""Samples further apart than this many usual periods have a hole between them."""
 _WEIGHTS = {"delay": 0.01, "roughness": 1e-4}
 
 
@@ -58,7 +62,14 @@ class Objective:
             )
         return Objective(**weights)
 
-    def value(self, error: FloatArray, tilt: FloatArray, slope: FloatArray, dt: float) -> float:
+    def value(
+        self,
+        error: FloatArray,
+        tilt: FloatArray,
+        slope: FloatArray,
+        dt: float,
+        joined: BoolArray | None = None,
+    ) -> float:
         """Return the figure for one recording [deg^2].
 
         Args:
@@ -66,13 +77,16 @@ class Objective:
             tilt: the estimate [rad], (n,).
             slope: the reference's rate [rad/s], (n,).
             dt: sampling period [s].
+            joined: which steps from one value to the next are a single period, (n - 1,); all by
+                default. The others lie across a hole and are no roughness.
         """
         # No dot products: the linear algebra library's threads cost more than they save here.
         with np.errstate(over="ignore"):  # of what diverges
             figure = float(np.mean(np.square(error)))
         if self.roughness_weight > 0.0:
             rough = np.diff(tilt) / dt - 0.5 * (slope[1:] + slope[:-1])
-            figure += self.roughness_weight * float(np.mean(np.square(rough)))
+            kept = rough if joined is None else rough[joined]
+            figure += self.roughness_weight * float(np.mean(np.square(kept))) if kept.size else 0.0
         figure *= np.degrees(1.0) ** 2
         if self.delay_weight > 0.0:
             power = float(np.sum(np.square(slope)))
@@ -93,10 +107,12 @@ class TuningSet:
     corrected: CorrectedTrack
     reference: FloatArray
     """Reference at the stamps of the samples that have one [rad], (k,)."""
-    known: slice | NDArray[np.bool_]
+    known: slice | BoolArray
     """Index of the samples that have one: a slice where they follow each other."""
     slope: FloatArray
     """The reference's rate where it is known [rad/s], (k,)."""
+    joined: BoolArray | None
+    """Which follow the one before without a hole, both with a slope, (k - 1,); None: all do."""
     saturated: float
     """Share of samples with a saturated gyro or accelerometer."""
 
@@ -135,6 +151,7 @@ def prepare(drive: Drive) -> TuningSet:
     known = covered & (samples.stamps >= begin)
     if int(known.sum()) < 2:
         raise RecordingError(f"{drive.source}: fewer than 2 samples have a reference")
+    slope, sloped = _slope(association, samples.stamps[known])
     return TuningSet(
         source=drive.source,
         dt=drive.recording.dt,
@@ -143,7 +160,8 @@ def prepare(drive: Drive) -> TuningSet:
         corrected=drive.corrected_samples,
         reference=reference[known],
         known=_index_of(known),
-        slope=_slope(association, samples.stamps[known]),
+        slope=slope,
+        joined=_joined(samples.stamps[known], sloped),
         saturated=_saturated(drive.corrected_samples),
     )
 
@@ -155,10 +173,19 @@ def _index_of(known: NDArray[np.bool_]) -> slice | NDArray[np.bool_]:
     return following if bool(known[following].all()) else known
 
 
-def _slope(association: Association, stamps: StampArray) -> FloatArray:
+def _joined(stamps: StampArray, sloped: BoolArray) -> BoolArray | None:
+    """Return which steps are a usual period and have a slope; None where all do."""
+    steps = np.diff(stamps)
+    joined: BoolArray = (steps < LONGEST_STEP * np.median(steps)) & sloped[1:] & sloped[:-1]
+    return None if bool(joined.all()) else joined
+
+
+def _slope(association: Association, stamps: StampArray) -> tuple[FloatArray, BoolArray]:
+    """Return the reference's rate [rad/s], 0 where it is not known, and where it is."""
     half = round(SLOPE_HALF_WIDTH * 1e9)
     (earlier, known), (later, also) = (association.at(stamps + offset) for offset in (-half, half))
-    return np.where(known & also, (later - earlier) / (2.0 * SLOPE_HALF_WIDTH), 0.0)
+    both = known & also
+    return np.where(both, (later - earlier) / (2.0 * SLOPE_HALF_WIDTH), 0.0), both
 
 
 def _saturated(corrected: CorrectedTrack) -> float:
