@@ -107,3 +107,21 @@ def test_metadata_with_other_names_refuse_nothing(
 def test_the_metadata_stand_for_their_folder(tmp_path: Path, small_recording: Make) -> None:
     write_recording(tmp_path / "bag", small_recording())
     assert read_recording(tmp_path / "bag" / "metadata.yaml").imu.stamps.size > 0
+
+
+@pytest.mark.parametrize("content", [b"", bytes(5000), b"hello" * 500])
+def test_a_part_that_is_no_bag_is_left_out_and_named(
+    tmp_path: Path, content: bytes, small_recording: Make
+) -> None:
+    write_recording(tmp_path / "drive", small_recording(200))
+    (good,) = (tmp_path / "drive").glob("*.mcap")
+    folder = folder_of(tmp_path / "split", "split_0.mcap", "split_1.mcap")
+    (folder / "split_1.mcap").write_bytes(good.read_bytes())
+    (folder / "split_0.mcap").write_bytes(content)
+    read = read_recording(folder)
+    assert read.imu.stamps.size == 200
+    (repair,) = (text for text in read.repairs if "split_0.mcap" in text)
+    assert repair.startswith("split_0.mcap: this part is left out: ")
+    (folder / "split_1.mcap").write_bytes(content)
+    with pytest.raises(RecordingError, match=r"split_0\.mcap: "):
+        read_recording(folder)

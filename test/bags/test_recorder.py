@@ -54,6 +54,22 @@ def test_a_folder_that_cannot_be_made_is_an_error_in_one_line(tmp_path: Path) ->
         BagRecorder(tmp_path / "file" / "drive", {TopicNames().imu: IMU})
 
 
+def test_times_that_a_recording_cannot_hold_do_not_end_it(tmp_path: Path) -> None:
+    track, topic = imu(4), TopicNames().imu
+    recorder = BagRecorder(tmp_path / "drive", {topic: IMU})
+    for time, message in zip((-5, 0, 1 << 70, 7), imu_messages(track), strict=True):
+        recorder.add(topic, time, message)
+    recorder.close()
+    assert read_recording(tmp_path / "drive").imu.stamps.size == 4
+
+
+@pytest.mark.parametrize("kind", ["foo_msgs/msg/Bar", "sensor_msgs/Imu", "", None])
+def test_an_unknown_type_is_named_and_leaves_nothing(tmp_path: Path, kind: str | None) -> None:
+    with pytest.raises(RecordingError, match=f"/a: {kind!r} is no message type of ROS 2 Jazzy"):
+        BagRecorder(tmp_path / "drive", {TopicNames().imu: IMU, "/a": kind})  # type: ignore[dict-item]
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_full_disk_ends_the_recording_and_is_said_at_its_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -269,6 +269,22 @@ def test_without_turns_and_reference_a_turned_sensor_is_one_of_two_causes() -> N
     assert "IMU mounting" in faults(recording, setup)
 
 
+def test_a_wheel_that_turns_on_in_a_hole_does_not_jump(drive: Simulated) -> None:
+    def holed(recording: Recording, angle: np.ndarray) -> Recording:
+        imu, track = recording.imu, recording.wheels
+        assert track is not None
+        kept = np.abs(1e-9 * (track.stamps - track.stamps[0]) - 11.0) > 2.0
+        wheels = replace(track, stamps=track.stamps[kept], angle=angle[kept])
+        readings = replace(imu, stamps=imu.stamps[kept], gyro=imu.gyro[kept], accel=imu.accel[kept])
+        return replace(recording, imu=readings, wheels=wheels)
+
+    track = drive.recording.wheels
+    assert track is not None
+    far = track.angle + 20.0 * (track.stamps > track.stamps[0] + 11_000_000_000)[:, None]
+    assert "wheels jumps" not in faults(holed(drive.recording, far), drive.setup)
+    assert "wheels sign" in faults(holed(drive.recording, -far), drive.setup)
+
+
 def test_spikes_are_not_a_counter_that_wraps(drive: Simulated) -> None:
     assert "spikes" in faults(*wheels(spiky)(drive))["wheels jumps"].text
     assert "wraps" in faults(*wheels(counted_in_16_bit)(drive))["wheels jumps"].text

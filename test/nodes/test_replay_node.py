@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
@@ -107,6 +108,24 @@ def test_pause_and_resume(graph: Any, tmp_path: Path) -> None:
     assert node.player.played == played < 1500
     graph.call(Trigger, "/replay_node/resume", Trigger.Request())
     graph.spin_until(lambda: len(imu) == 500)
+
+
+def test_pause_is_reported_at_once_and_an_end_as_an_end(graph: Any, tmp_path: Path) -> None:
+    imu = graph.collect(Imu, "imu/data_raw")
+    reports = graph.collect(DiagnosticArray, "/diagnostics")
+    node = replay(graph, make_bag(tmp_path, 4000), paused=True)
+    graph.spin_until(lambda: node._state == "playing")
+    node._diagnostics._timer.cancel()  # what comes now comes of the services
+    graph.call(Trigger, "/replay_node/resume", Trigger.Request())
+    graph.spin_until(lambda: reports and reports[-1].status[0].message == "playing")
+    graph.spin_until(lambda: len(imu) > 20)
+    graph.call(Trigger, "/replay_node/pause", Trigger.Request())
+    graph.spin_until(lambda: reports[-1].status[0].message == "paused")
+    assert node.set_parameters([Parameter("rate", value=50.0)])[0].successful
+    graph.call(Trigger, "/replay_node/resume", Trigger.Request())
+    graph.spin_until(lambda: node.report().message == "finished")
+    answer = graph.call(Trigger, "/replay_node/pause", Trigger.Request())
+    assert answer.message.startswith("finished at")
 
 
 def test_restamped_messages_begin_now(graph: Any, tmp_path: Path) -> None:

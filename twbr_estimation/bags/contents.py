@@ -21,7 +21,7 @@ from .decoding import (
 )
 from .joint_states import decode_joint_state
 from .message_batch import MessageBatch
-from .storage import opened
+from .storage import parts
 from .topics import FLOAT64, FLOAT64_ARRAY, IMU, JOINT_STATE, ODOMETRY, TEMPERATURE
 from .unpacking import Allowance
 
@@ -57,21 +57,20 @@ def read_contents(path: Path, requests: Collection[TopicRequest]) -> Contents:
         RecordingError: no bag, or a topic of another type than asked for.
     """
     contents = Contents()
-    parts: dict[TopicRequest, list[Columns]] = defaultdict(list)
+    decoded: dict[TopicRequest, list[Columns]] = defaultdict(list)
     wanted = frozenset(request.topic for request in requests)
     files, remarks = bag_files(path)
     contents.repairs.update(remarks)
-    for file in files:
-        with opened(file) as (storage, allowance):
-            for topic, batch in storage.batches(wanted):
-                for request in requests:
-                    if request.topic == topic:
-                        kind = storage.types[topic]
-                        parts[request].append(_decoded(path, request, kind, batch, allowance))
-            contents.types.update(storage.types)
-            for repair, number in storage.repairs.items():
-                contents.repairs[f"{file.name}: {repair}"] += number
-    contents.columns = {request: _concatenated(columns) for request, columns in parts.items()}
+    for file, storage, allowance in parts(files, contents.repairs):
+        for topic, batch in storage.batches(wanted):
+            for request in requests:
+                if request.topic == topic:
+                    kind = storage.types[topic]
+                    decoded[request].append(_decoded(path, request, kind, batch, allowance))
+        contents.types.update(storage.types)
+        for repair, number in storage.repairs.items():
+            contents.repairs[f"{file.name}: {repair}"] += number
+    contents.columns = {request: _concatenated(columns) for request, columns in decoded.items()}
     return contents
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import RecordingError
 from .bag_files import bag_files
 from .message_batch import IntArray, MessageBatch
-from .storage import Storage, opened
+from .storage import Storage, parts
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,19 +63,18 @@ def read_playback(path: Path, without: frozenset[str] = frozenset()) -> Playback
     batches: list[MessageBatch] = []
     files, remarks = bag_files(path)
     repairs.update(remarks)
-    for file in files:
-        with opened(file) as (storage, allowance):
-            for _ in storage.batches(frozenset()):  # makes the types known
-                pass
-            storage.repairs.clear()
-            for topic, batch in storage.batches(_playable(storage, repairs) - without):
-                plain, damaged = batch.decompressed(allowance)
-                if damaged:
-                    repairs[f"{topic}: damaged messages dropped"] += damaged
-                topics.append(topic)
-                batches.append(plain)
-                types[topic] = storage.types[topic]
-            repairs.update(storage.repairs)
+    for _, storage, allowance in parts(files, repairs):
+        for _ in storage.batches(frozenset()):  # makes the types known
+            pass
+        storage.repairs.clear()
+        for topic, batch in storage.batches(_playable(storage, repairs) - without):
+            plain, damaged = batch.decompressed(allowance)
+            if damaged:
+                repairs[f"{topic}: damaged messages dropped"] += damaged
+            topics.append(topic)
+            batches.append(plain)
+            types[topic] = storage.types[topic]
+        repairs.update(storage.repairs)
     if not batches:
         raise RecordingError(f"{path}: there is no message to play")
     times = np.concatenate([batch.bag_times for batch in batches])

@@ -24,6 +24,7 @@ CUT_OFF = "_cut_off"
 """Ending of the name of a recording that ended too early."""
 _BEGUN = ".recording"
 """Ending of the name, between that of the recording and the token, of its temporary folder."""
+_LATEST = (1 << 63) - 1
 _EMPTY = 1024
 """A file up to this size has a head and no messages [bytes]."""
 
@@ -40,7 +41,8 @@ class BagRecorder:
                 ROS 2 Jazzy.
 
         Raises:
-            RecordingError: something exists there, or the folder cannot be written.
+            RecordingError: something exists there, the folder cannot be written, or a type is not
+                known.
         """
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         from rosbags.typesys import Stores, get_typestore
@@ -63,10 +65,16 @@ class BagRecorder:
             self._release()
             raise self._unwritable(error) from None
         store = get_typestore(Stores.ROS2_JAZZY)
-        self._connections = {
-            topic: self._writer.add_connection(topic, kind, typestore=store)
-            for topic, kind in types.items()
-        }
+        self._connections = {}
+        for topic, kind in types.items():
+            if not isinstance(kind, str) or kind not in store.types:
+                self._abort()
+                self._release()
+                raise RecordingError(
+                    f"{target}: {topic}: {kind!r} is no message type of ROS 2 Jazzy, as "
+                    "'sensor_msgs/msg/Imu' is"
+                )
+            self._connections[topic] = self._writer.add_connection(topic, kind, typestore=store)
         self._lock = threading.Lock()
         self._open = True
         self.messages = 0
@@ -75,7 +83,7 @@ class BagRecorder:
         """Why the recording ended early."""
 
     def add(self, topic: str, time: int, data: bytes) -> None:
-        """Write one serialised message that was received at `time` [ns].
+        """Write one serialised message that was received at `time` [ns], from 1970 on.
 
         What cannot be written ends the recording; `close` raises the reason.
         """
@@ -83,7 +91,7 @@ class BagRecorder:
             if not self._open or self.failure is not None:
                 return
             try:
-                self._writer.write(self._connections[topic], time, data)
+                self._writer.write(self._connections[topic], min(max(time, 0), _LATEST), data)
                 self.messages += 1
             except OSError as error:
                 self.failure = self._unwritable(error)

@@ -13,7 +13,7 @@ from ..configuration.frames import Mounting, Transform, mounted, of_quaternion, 
 from ..errors import ConfigurationError, RecordingError
 from ..robot import Robot
 from .bag_files import bag_files
-from .storage import opened
+from .storage import parts
 
 TF = "tf2_msgs/msg/TFMessage"
 STATIC = ("/tf_static", "tf_static")
@@ -47,14 +47,14 @@ def read_static_frames(path: Path) -> tuple[Transform, ...]:
         RecordingError: no bag, or messages that cannot be read.
     """
     found: list[Transform] = []
-    for file in bag_files(path)[0]:
-        with opened(file) as (storage, allowance):
-            for topic, batch in storage.batches(frozenset(STATIC)):
-                if storage.types[topic] != TF:
-                    raise RecordingError(f"{path}: {topic} is a {storage.types[topic]}, not a {TF}")
-                plain, _ = batch.decompressed(allowance)
-                for index in range(plain.offsets.size):
-                    found += decode_transforms(plain.message(index))
+    files, remarks = bag_files(path)
+    for _, storage, allowance in parts(files, remarks):
+        for topic, batch in storage.batches(frozenset(STATIC)):
+            if storage.types[topic] != TF:
+                raise RecordingError(f"{path}: {topic} is a {storage.types[topic]}, not a {TF}")
+            plain, _ = batch.decompressed(allowance)
+            for index in range(plain.offsets.size):
+                found += decode_transforms(plain.message(index))
     if not found:
         raise RecordingError(f"{path}: there are no transforms on /tf_static")
     return tuple(found)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -62,6 +62,33 @@ _KINDS: dict[bytes, Callable[[], type[Any]]] = {
     b"#ROSBAG V2.0": _ros1,
 }
 """Signatures, and the classes for them; only that of the file at hand is imported."""
+
+
+def parts(
+    files: Sequence[Path], repairs: Counter[str]
+) -> Iterator[tuple[Path, Storage, Allowance]]:
+    """Open the files of a recording one after the other; parts that are no bags are counted.
+
+    Yields:
+        The file, its messages, and how much of it may still be unpacked.
+
+    Raises:
+        RecordingError: none of them is a bag; the reason is that of the first.
+    """
+    first, count = None, 0
+    for file in files:
+        with ExitStack() as stack:
+            try:
+                storage, allowance = stack.enter_context(opened(file))
+            except RecordingError as error:
+                first = first or error
+                why = str(error).removeprefix(f"{file}: ")
+                repairs[f"{file.name}: this part is left out: {why}"] += 1
+                continue
+            count += 1
+            yield file, storage, allowance
+    if first is not None and not count:
+        raise first
 
 
 @contextmanager

@@ -287,17 +287,25 @@ class ReplayNode(GuardedNode):
 
     def _on_pause(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.player.pause()
+        self._diagnostics.update()
         return self._answered(response)
 
     def _on_resume(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self.player.resume()
+        self._diagnostics.update()
         return self._answered(response)
 
     def _answered(self, response: Trigger.Response) -> Trigger.Response:
         response.success = True
-        state = "paused" if self.player.paused else "playing"
+        stands = self.player.paused or self._finished.is_set()
+        state = self._activity() if stands else "playing"
         response.message = f"{state} at {self.player.position * 1e-9:.3f} s"
         return response
+
+    def _activity(self) -> str:
+        """Return what it does now."""
+        ended = self._finished.is_set()
+        return "paused" if self.player.paused and not ended else self._state
 
     def report(self) -> Report:
         """Return what `/diagnostics` says."""
@@ -314,7 +322,7 @@ class ReplayNode(GuardedNode):
             return Report(Level.WARN, text, values)
         if player.other_clocks:
             return Report(Level.WARN, self._other_clocks(), values)
-        return Report(Level.OK, "paused" if player.paused else self._state, values)
+        return Report(Level.OK, self._activity(), values)
 
     def _other_clocks(self) -> str:
         """Return which topics are stamped by another clock than the recorder's."""
