@@ -73,7 +73,16 @@ def test_wheels_that_are_used_again_are_still_in_the_figures() -> None:
 
 
 def test_good_wheels_leave_no_remark() -> None:
-    runs = simulate("W2", DT, 30.0, SEED).drive.run("ins_odometer")
+    runs = simulate("W4", DT, 30.0, SEED).drive.run("ins_odometer")
     assert runs.wheels_ignored == {"ins_odometer": 0.0}
     assert not any("wheels" in text for text in runs.warnings)
     assert wheel_remarks(begin_check()) == ()
+
+
+def test_short_slips_are_named_and_do_not_make_the_wheels_ignored() -> None:
+    simulated = simulate("W2", DT, 30.0, SEED)
+    assert simulated.world.slips_per_second > 0.0
+    runs = simulated.drive.run("ins_odometer")
+    assert runs.wheels_ignored == {"ins_odometer": 0.0}
+    (said,) = [text for text in runs.warnings if "wheels" in text]
+    assert said.startswith("wheels: they turn otherwise than the IMU moves at ")
