@@ -102,6 +102,21 @@ def test_what_is_no_whole_turn_is_refused() -> None:
         calibrate_turns([turned(1, 2.0, 57.3)], Setup(), turns=2)
 
 
+@pytest.mark.parametrize("turns", [2.0, 2.01])
+def test_degrees_are_no_whole_turns(turns: float) -> None:
+    with pytest.raises(CalibrationError, match=r"reads up to .* beyond robot.gyro_range"):
+        calibrate_turns([turned(1, turns, math.degrees(1.0))], Setup())
+
+
+def test_a_drive_is_no_turn_by_hand() -> None:
+    drive = turned(1, 2.0, 1.0)
+    swaying = np.sin(np.arange(2200) * 0.1) * 2.5
+    gyro = drive.imu.gyro + np.column_stack([0.0 * swaying, swaying, 0.0 * swaying])
+    driven = replace(drive, imu=replace(drive.imu, gyro=gyro))
+    with pytest.raises(CalibrationError, match="of the motion is about z"):
+        calibrate_turns([driven], Setup())
+
+
 def leaning(seed: int, pitch: float, *tilts: float) -> Recording:
     """Return leans of 3 s each; a pitched sensor shows each lean larger by its pitch."""
     pieces = [

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from twbr_estimation.calibration.findings import geometry_findings
 from twbr_estimation.calibration.geometry import calibrate_geometry
 from twbr_estimation.calibration.regression import regress
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
@@ -142,6 +143,18 @@ def test_a_gyro_of_another_sign_or_unit_is_no_scale_error(factor) -> None:
         calibrate_geometry([replace(drive.recording, imu=imu)], setup)
 
 
+def test_a_gyro_and_a_reference_with_nothing_in_common_are_named() -> None:
+    drive = simulate("W4", 0.005, 30.0, 1)
+    imu, reference = drive.recording.imu, drive.recording.reference
+    assert reference is not None
+    degrees = replace(drive.recording, imu=replace(imu, gyro=np.degrees(imu.gyro)))
+    with pytest.raises(CalibrationError, match="it looks like deg/s"):
+        calibrate_geometry([degrees], drive.setup)
+    still = TiltTrack(reference.stamps, 0.0 * reference.tilt)
+    with pytest.raises(CalibrationError, match="reference: its angle never changes"):
+        calibrate_geometry([replace(drive.recording, reference=still)], drive.setup)
+
+
 def test_a_smoothed_reference_gives_lengths_but_not_the_gyro_s_scale() -> None:
     simulated = simulate("W2", 0.004, 60.0, 1)
     bare = replace(simulated.recording, reference=None, truth=None)
@@ -167,3 +180,41 @@ def test_wheels_that_contradict_the_imu_are_named_and_refused(factor: float, mes
     wrong = replace(drive.recording, wheels=replace(track, angle=track.angle * factor))
     with pytest.raises(CalibrationError, match=message):
         calibrate_geometry([wrong], drive.setup)
+
+
+def test_a_smoothed_reference_blames_what_is_wrong() -> None:
+    drive = simulate("W4", 0.005, 30.0, 1)
+    track = drive.recording.wheels
+    assert track is not None
+    bare = replace(drive.recording, reference=None, truth=None)
+    mirrored = Drive(
+        replace(bare, wheels=replace(track, angle=track.angle * [1.0, -1.0])), drive.setup
+    )
+    smoothed = mirrored.with_reference(mirrored.smoothed().as_track()).recording
+    with pytest.raises(CalibrationError, match="right wheel runs backward") as raised:
+        calibrate_geometry([smoothed], drive.setup, smoothed=True)
+    assert "no scale error" not in str(raised.value) and "reference" not in str(raised.value)
+
+
+def test_wheels_that_stand_still_give_no_lever_arm() -> None:
+    drive = simulate("W1", 0.005, 30.0, 31)
+    track = drive.recording.wheels
+    assert track is not None
+    dead = replace(drive.recording, wheels=replace(track, angle=0.0 * track.angle))
+    with pytest.raises(CalibrationError, match=r"angle never changes .*`topics.joint_states`"):
+        calibrate_geometry([dead], drive.setup)
+    without = calibrate_geometry([replace(dead, wheels=None)], drive.setup)
+    assert without.estimates["lever arm z"].value is None
+
+
+def test_a_radius_that_is_replaced_is_named() -> None:
+    drive = simulate("W1", 0.005, 30.0, 31)
+    track = drive.recording.wheels
+    assert track is not None
+    doubled = replace(drive.recording, wheels=replace(track, angle=2.0 * track.angle))
+    found = calibrate_geometry([doubled], drive.setup)
+    assert found.estimates["wheel radius"].value == pytest.approx(
+        0.5 * drive.true_setup.robot.wheel_radius, rel=0.1
+    )
+    (note,) = geometry_findings(found, drive.setup).notes[:1]
+    assert "as configured" in note and "times the true angle" in note

@@ -132,6 +132,28 @@ def test_what_cannot_be_tuned_is_refused(
     assert message in capsys.readouterr().err
 
 
+def test_contradicting_recordings_are_tuned_on_only_if_asked(
+    drives: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = drives / "other"
+    recording = read_recording(good)
+    assert recording.wheels is not None
+    backward = replace(recording.wheels, angle=-recording.wheels.angle)
+    write_recording(tmp_path / "wrong", replace(recording, wheels=backward))
+    shutil.copytree(good / "config", tmp_path / "wrong" / "config")
+    file = tmp_path / "f.yaml"
+    command = ["tune", str(tmp_path / "wrong"), "-o", str(file), *TUNE[:2], "--keep-correction"]
+    assert main(command) == 1 and not file.exists()
+    error = capsys.readouterr().err
+    assert "wrong: wheels: " in error and "run backward; change `signs`" in error
+    assert "--accept-contradictions" in error
+    assert main(["tune", str(good), "--verify", *command[1:]]) == 1 and not file.exists()
+    capsys.readouterr()
+    assert main([*command, "--accept-contradictions", "--jobs", "1"]) == 0
+    assert "run backward" in capsys.readouterr().out
+    assert any("run backward" in each for each in written(file)["provenance"]["warnings"])
+
+
 def test_ctrl_c_writes_the_best_so_far_and_says_so(
     drives: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

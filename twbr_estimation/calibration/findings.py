@@ -196,7 +196,7 @@ def geometry_findings(result: GeometryResult, before: Setup) -> Findings:
         found.append(CalibrationFinding(name, unit, value, each.value, each.error, each.reason))
     found.append(CalibrationFinding("lever arm y", LENGTH, old.lever_arm[1], None, None, UNSEEN))
     turn = result.body_turn
-    notes = []
+    notes = [f"as configured: {text}" for text in result.contradictions]
     if result.placement is not None:
         notes.append(
             f"the wheel encoder holds {turn.value:.2f} +- {turn.error:.2f} of the body's turn: "

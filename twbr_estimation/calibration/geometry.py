@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ..checks.finding import Severity
 from ..drives import Drive
+from ..drives.warnings import contradictions
 from ..errors import CalibrationError
 from ..recording import Recording
 from ..robot import EncoderPlacement, Setup
@@ -79,6 +80,8 @@ class GeometryResult:
     """What that means; None where it is not clear and the configured one was taken as known."""
     share: float
     """Share of the drives in which the accelerometer was usable."""
+    contradictions: tuple[str, ...] = ()
+    """What of the configuration the drives contradict; the estimates replace it."""
 
 
 def calibrate_geometry(
@@ -100,8 +103,8 @@ def calibrate_geometry(
     opened = [Drive(recording, setup) for recording in recordings]
     drives = [signals_of(drive) for drive in opened]
     gyro, wide = fit_gyro(drives, WIDTH), fit_gyro(drives, WIDER)
-    _require_plausible_gain(gyro)
-    _require_agreement(opened)
+    judged = [_bare(drive) for drive in opened] if smoothed else opened
+    _require_agreement(judged, gyro, smoothed)
     found = _gyro_estimates(gyro, wide, setup)
     wheeled = [drive for drive in drives if drive.wheel is not None]
     turn, placement, share = Estimate(None, None, "there is no wheel encoder"), None, 0.0
@@ -119,25 +122,39 @@ def calibrate_geometry(
         found = {name: _by_smoothing(name, estimate) for name, estimate in found.items()}
     determined = {name: _limited(name, estimate) for name, estimate in found.items()}
     configured = _configured(setup, determined, placement)
-    return GeometryResult(configured, determined, turn, placement, share)
+    replaced = contradictions(judged)
+    return GeometryResult(configured, determined, turn, placement, share, replaced)
 
 
-def _require_agreement(drives: Sequence[Drive]) -> None:
+def _require_agreement(drives: Sequence[Drive], fit: GyroFit, smoothed: bool) -> None:
     """Refuse drives whose data contradict each other: geometry would hide that."""
-    failed = [
-        f"{drive.source}: {each.sentence}"
-        for drive in drives
-        for each in drive.findings
-        if each.severity is Severity.FAIL and each.parameter not in ESTIMATED
-    ]
+    failed = [*contradictions(drives, ESTIMATED), *_dead_wheels(drives)]
+    if not failed or not smoothed:  # what contradicts each other is smoothed into nonsense
+        failed += _implausible_gain(fit)
     if failed:
         raise CalibrationError("; ".join(failed))
 
 
-def _require_plausible_gain(fit: GyroFit) -> None:
+def _bare(drive: Drive) -> Drive:
+    """Return a drive without its smoothed reference, which contradicts nothing by itself."""
+    return Drive(replace(drive.recording, reference=None), drive.setup)
+
+
+def _dead_wheels(drives: Sequence[Drive]) -> Iterator[str]:
+    """Yield the drives whose wheels seem to stand still: the lever arm would be nonsense."""
+    for drive in drives:
+        for each in drive.findings:
+            if each.subject == "wheels" and each.check == "dead" and each.severity < Severity.FAIL:
+                yield (
+                    f"{drive.source}: {each.sentence}; an empty `topics.joint_states` leaves the "
+                    "wheels out"
+                )
+
+
+def _implausible_gain(fit: GyroFit) -> Iterator[str]:
     if PLAUSIBLE_GAIN[0] < fit.gain < PLAUSIBLE_GAIN[1] or fit.gain_error > abs(fit.gain):
         return
-    raise CalibrationError(
+    yield (
         f"gyro: its pitch rate times {fit.gain:.3g} is the reference's, which is no scale error: "
         f"a gyro's scale is within {PLAUSIBLE_GAIN[0]:g} and {PLAUSIBLE_GAIN[1]:g}; check signs "
         "and units of gyro and reference, and robot.mounting"

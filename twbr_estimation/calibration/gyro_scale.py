@@ -9,6 +9,7 @@ which is linear; it is solved again with the reference shifted by the D found so
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -34,8 +35,15 @@ class GyroFit:
     delay_error: float
 
 
+UNRELATED = GyroFit(0.0, 0.0, 0.0, math.inf)
+"""Where the reference stays as it is, or no reading of the gyro is usable."""
+
+
 def fit_gyro(drives: Sequence[Signals], width: float) -> GyroFit:
-    """Estimate gain and delay from drives of one robot, smoothed over `width` [s]."""
+    """Estimate gain and delay from drives of one robot, smoothed over `width` [s].
+
+    `UNRELATED` where they have nothing in common.
+    """
     delay = 0.0
     for _ in range(_ROUNDS):
         designs, targets, blocks = [], [], []
@@ -49,7 +57,11 @@ def fit_gyro(drives: Sequence[Signals], width: float) -> GyroFit:
             designs.append(np.column_stack(terms)[rows])
             targets.append(drive.smooth(drive.tilt(delay), width, 1)[rows])
             blocks.append(np.floor(drive.time[rows] / BLOCK) + 1e6 * index)
+        if sum(target.size for target in targets) == 0:
+            return UNRELATED
         fit = regress(np.vstack(designs), np.concatenate(targets), np.concatenate(blocks))
         gain, lag = float(fit.values[0]), float(fit.values[1])
+        if gain == 0.0:
+            return UNRELATED
         delay += lag / gain
     return GyroFit(gain, float(fit.errors[0]), delay, float(fit.errors[1]) / abs(gain))

@@ -27,6 +27,10 @@ SAME_POSE = math.radians(15.0)
 """Largest angle between the poses at both ends [rad]."""
 LEAST_TURN = 0.75
 """Fewer turns than this are not counted as turns."""
+LEAST_SHARE = 0.6
+"""Least share of one axis in the mean square rate of turns by hand; a drive has less."""
+BEYOND = 1.05
+"""Readings further beyond the full scale are in another unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +42,10 @@ class Turned:
     """By the gyro, free of bias [rad]."""
     duration: float
     """[s]."""
+    share: float
+    """Of its axis in the mean square rate."""
+    fastest: float
+    """Largest reading about the axis [rad/s]."""
 
 
 def turned(recording: Recording, setup: Setup) -> Turned:
@@ -55,6 +63,12 @@ def turned(recording: Recording, setup: Setup) -> Turned:
         raise CalibrationError(
             f"{recording.source}: the largest turn between two rests is "
             f"{math.degrees(abs(best.angle)):.0f} deg, whole turns are needed"
+        )
+    if best.share < LEAST_SHARE:
+        raise CalibrationError(
+            f"{recording.source}: only {100.0 * best.share:.0f} % of the motion is about "
+            f"{'xyz'[best.axis]}, at least {100.0 * LEAST_SHARE:.0f} % are needed: turn the robot "
+            "by hand about one axis, whole turns; a drive does not show how far it turned"
         )
     return best
 
@@ -89,7 +103,10 @@ def _between(recording: Recording, first: Held, last: Held) -> Turned:
     steps = np.diff(times)[:, None]
     angle = np.sum(0.5 * (rate[1:] + rate[:-1]) * steps, axis=0)
     axis = int(np.argmax(np.abs(angle)))
-    return Turned(axis, float(angle[axis]), float(times[-1]))
+    squares = np.sum(np.square(rate), axis=0)
+    share = float(squares[axis] / max(float(squares.sum()), 1e-30))
+    fastest = float(np.abs(imu.gyro[inside, axis]).max())
+    return Turned(axis, float(angle[axis]), float(times[-1]), share, fastest)
 
 
 def calibrate_turns(
@@ -109,6 +126,8 @@ def calibrate_turns(
     for recording in recordings:
         each = turned(recording, setup)
         name = "xyz"[each.axis]
+        if turns is None:
+            _require_in_range(recording.source, each, setup.robot.gyro_range)
         count = abs(turns) if turns is not None else float(round(abs(each.angle) / math.tau))
         ratio = count * math.tau / abs(each.angle)
         if abs(ratio - 1.0) > LARGEST_SCALE_ERROR:
@@ -125,3 +144,13 @@ def calibrate_turns(
     x, y, z = scale
     calibration = replace(setup.calibration, gyro_scale=(x, y, z))
     return Findings(replace(setup, calibration=calibration), tuple(found))
+
+
+def _require_in_range(source: str, each: Turned, gyro_range: float) -> None:
+    """Refuse readings in another unit, of which any number of turns is near a whole one."""
+    if each.fastest > BEYOND * gyro_range:
+        raise CalibrationError(
+            f"{source}: gyro {'xyz'[each.axis]} reads up to {each.fastest:.3g} rad/s, beyond "
+            f"robot.gyro_range {gyro_range:.3g}: check its unit (rad/s), set robot.gyro_range to "
+            "the sensor's full scale, or give the number of turns as `turns`"
+        )

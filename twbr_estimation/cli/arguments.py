@@ -32,6 +32,8 @@ FLAGS = {
     "columns": "--columns",
     "axis": "--axis",
     "smooth": "--smooth",
+    "turns": "--turns",
+    "accept_contradictions": "--accept-contradictions",
     **{name: f"--{name}" for name in ("dt", "duration", "scene", "seed")},
     **{f"topics.{role}": f"--{role.replace('_', '-')}-topic" for role in ROLES},
     "topics.wheel_joints": "--wheel-joints",

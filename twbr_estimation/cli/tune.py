@@ -80,6 +80,11 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help=f"search filters of more than {GLOBAL_PARAMETERS} parameters globally, too: minutes",
     )
+    parser.add_argument(
+        "--accept-contradictions",
+        action="store_true",
+        help="tune on recordings that fail their checks (`twbr check`), too",
+    )
     add_smoothing(parser)
     add_settings(parser)
     add_comparison(parser)
@@ -140,6 +145,7 @@ def _request(arguments: argparse.Namespace) -> TuningRequest:
         seed=arguments.seed,
         thorough=arguments.thorough,
         smooth=arguments.smooth,
+        accept_contradictions=arguments.accept_contradictions,
     )
 
 

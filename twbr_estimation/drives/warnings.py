@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from ..checks.finding import noteworthy
+from ..checks.finding import Severity, noteworthy
 from ..filters import Filter
 
 if TYPE_CHECKING:
     from .drive import Drive
+
+
+def contradictions(
+    drives: Iterable[Drive], besides: Collection[str | None] = ()
+) -> tuple[str, ...]:
+    """Return what fails in the checks of some drives, each with the name of its recording.
+
+    Args:
+        drives: recordings with their settings.
+        besides: full names of parameters that may be wrong, since they are what is sought.
+    """
+    return tuple(
+        f"{drive.source}: {each.sentence}"
+        for drive in drives
+        for each in drive.findings
+        if each.severity is Severity.FAIL and each.parameter not in besides
+    )
 
 
 def warnings_for(

@@ -16,7 +16,8 @@ from ..configuration.files import write_settings
 from ..configuration.filter_settings import DT_TOLERANCE, Settings
 from ..configuration.of_recording import configuration
 from ..configuration.presets import preset
-from ..drives import load
+from ..drives import Drive, load
+from ..drives.warnings import contradictions
 from ..errors import ConfigurationError, RecordingError
 from ..filters import filter_named, listed_filters
 from ..recording import Recording
@@ -64,6 +65,8 @@ class TuningRequest:
     """Whether filters of many parameters are searched globally, too."""
     smooth: bool = False
     """Whether recordings without a reference are smoothed to have one."""
+    accept_contradictions: bool = False
+    """Whether recordings that fail their checks are tuned on, too."""
 
     def chosen(self) -> tuple[str, ...]:
         """Return the filters to tune.
@@ -158,24 +161,39 @@ def _sets(
 ) -> list[TuningSet]:
     """Return the recordings below the paths; what their checks find is added to `doubted`."""
     found = dict.fromkeys(bag for path in paths for bag in recordings_below(path))
+    drives = [_opened(request, bag) for bag in found]
+    if not request.accept_contradictions:
+        _require_agreement(drives)
     sets = []
-    for bag in found:
-        required = () if request.smooth else ("reference",)
-        drive = load(
-            bag,
-            config=request.config,
-            preset=request.preset,
-            topics=request.topics,
-            options=request.options,
-            required=required,
-        )
-        _require_enough(drive.recording)
+    for bag, drive in zip(found, drives, strict=True):
         doubted += [f"{bag}: {text}" for text in drive.doubts]
         if drive.recording.reference is None:
             track = drive.smoothed(progress=partial(smoothing, str(bag)))
             drive = drive.with_reference(track.as_track())
         sets.append(prepare(drive))
     return sets
+
+
+def _opened(request: TuningRequest, bag: Path) -> Drive:
+    drive = load(
+        bag,
+        config=request.config,
+        preset=request.preset,
+        topics=request.topics,
+        options=request.options,
+        required=() if request.smooth else ("reference",),
+    )
+    _require_enough(drive.recording)
+    return drive
+
+
+def _require_agreement(drives: Sequence[Drive]) -> None:
+    """Refuse drives whose data contradict each other: parameters would make up for that."""
+    if failed := contradictions(drives):
+        raise RecordingError(
+            f"{'; '.join(failed)}. Parameters tuned on data that contradict each other fit the "
+            "contradiction: mend it, or tune with `accept_contradictions` all the same"
+        )
 
 
 def _require_enough(recording: Recording) -> None:
