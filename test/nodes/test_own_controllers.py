@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rclpy.context import Context
 
 from nodes import foreign_controllers
 from twbr_estimation.nodes.correction_node import CorrectionNode
@@ -100,6 +101,20 @@ def test_the_examples_balance(graph: Any, examples: Any, module: str, kind: str)
     loop = Loop(graph)
     own = getattr(examples(module), kind)(**graph.options(use_sim_time=True))
     assert 0.01 < loop.lean(own) < LEAN
+
+
+@pytest.mark.parametrize(
+    ("module", "kind"), [("on_tilt", "BalanceOnTilt"), ("on_imu", "BalanceOnImu")]
+)
+def test_a_sample_that_ctrl_c_overtakes_raises_nothing(
+    examples: Any, module: str, kind: str
+) -> None:
+    context = Context()
+    context.init()
+    controller = getattr(examples(module), kind)(context=context)
+    controller.drive(1.0)
+    context.shutdown()
+    controller.drive(1.0)  # rclpy ends the context at once, a callback may still run
 
 
 def test_a_controller_of_torques_needs_a_remap_and_the_joints_names(graph: Any) -> None:

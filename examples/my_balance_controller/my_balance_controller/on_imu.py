@@ -58,7 +58,8 @@ class BalanceOnImu(Node):
 
     def drive(self, voltage):
         voltage = min(max(voltage, -LIMIT), LIMIT)
-        self.motors.publish(Float64MultiArray(data=[voltage, voltage]))
+        if self.context.ok():  # after Ctrl-C nothing can be published
+            self.motors.publish(Float64MultiArray(data=[voltage, voltage]))
 
 
 def main():

@@ -53,7 +53,8 @@ class BalanceOnTilt(Node):
 
     def drive(self, voltage):
         voltage = min(max(voltage, -LIMIT), LIMIT)
-        self.motors.publish(Float64MultiArray(data=[voltage, voltage]))
+        if self.context.ok():  # after Ctrl-C nothing can be published
+            self.motors.publish(Float64MultiArray(data=[voltage, voltage]))
 
 
 def main():
