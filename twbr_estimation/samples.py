@@ -11,6 +11,8 @@ from enum import Enum
 from typing import NamedTuple
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
+LAST_STAMP = 2**31 * NANOSECONDS_PER_SECOND - 1
+"""The latest stamp that the header of a message can hold [ns]."""
 SECONDS_PER_NANOSECOND = 1e-9
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""

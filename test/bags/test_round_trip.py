@@ -13,7 +13,8 @@ from rosbags.highlevel import AnyReader
 
 from twbr_estimation.bags import read_recording, write_recording
 from twbr_estimation.errors import RecordingError
-from twbr_estimation.recording import Recording
+from twbr_estimation.recording import ImuTrack, Recording
+from twbr_estimation.samples import LAST_STAMP
 
 Make = Callable[..., Recording]
 Same = Callable[[Recording, Recording], None]
@@ -97,3 +98,11 @@ def test_the_mcap_library_finds_everything_by_the_index(
     assert times == sorted(times)
     schemas = {schema.name: schema.encoding for schema in summary.schemas.values()}
     assert schemas["sensor_msgs/msg/Imu"] == "ros2msg"
+
+
+@pytest.mark.parametrize("shift", [-1, LAST_STAMP])
+def test_stamps_that_a_message_cannot_hold_are_refused(tmp_path: Path, shift: int) -> None:
+    imu = ImuTrack(np.array([0, 1]) + shift, np.zeros((2, 3)), np.ones((2, 3)))
+    with pytest.raises(RecordingError, match=r"/imu/data_raw: stamps from .* a message holds"):
+        write_recording(tmp_path / "bag", Recording("made up", imu))
+    assert not (tmp_path / "bag").exists()

@@ -117,6 +117,13 @@ def test_a_drive_is_no_turn_by_hand() -> None:
         calibrate_turns([driven], Setup())
 
 
+def test_a_bias_in_degrees_is_no_turn() -> None:
+    rate = np.tile([0.0, 2.0, 0.0], (2200, 1))
+    resting = recording(rate, np.tile([0.0, 0.0, G], (2200, 1)), 1)
+    with pytest.raises(CalibrationError, match="shows no half turn: check the gyro's unit"):
+        calibrate_turns([resting], Setup())
+
+
 def leaning(seed: int, pitch: float, *tilts: float) -> Recording:
     """Return leans of 3 s each; a pitched sensor shows each lean larger by its pitch."""
     pieces = [
@@ -169,6 +176,16 @@ def test_calm_balancing_gives_the_tilt_at_which_it_balances(balance: float) -> N
         found = calibrate_balance([made], Setup(robot=Robot(lever_arm=(0.0, 0.0, 0.0))))
         tilt, error = value(found, "balance tilt")
         assert tilt == pytest.approx(balance, abs=3.0 * error + 1e-4) and error < math.radians(0.3)
+
+
+def test_leans_that_are_none_are_refused() -> None:
+    both = leaning(1, 0.0, 0.3, -0.3)
+    in_g = replace(both, imu=replace(both.imu, accel=both.imu.accel / G))
+    with pytest.raises(CalibrationError, match="it is in g; give m/s"):
+        calibrate_wall([in_g], Setup())
+    upside_down = replace(both, imu=replace(both.imu, accel=both.imu.accel * [-1.0, 1.0, -1.0]))
+    with pytest.raises(CalibrationError, match="check the accelerometer's axes"):
+        calibrate_wall([upside_down], Setup())
 
 
 def test_wild_balancing_is_refused() -> None:

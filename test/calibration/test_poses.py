@@ -13,7 +13,7 @@ from twbr_estimation.calibration.held_poses import held_poses
 from twbr_estimation.calibration.poses import calibrate_poses
 from twbr_estimation.calibration.scale import fit_scale
 from twbr_estimation.calibration.still import StillOptions, calibrate_still
-from twbr_estimation.errors import RecordingError
+from twbr_estimation.errors import CalibrationError, RecordingError
 from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.recording import ImuTrack, TiltTrack
 from twbr_estimation.robot import Setup
@@ -119,3 +119,17 @@ def test_recordings_without_poses_are_refused():
     )
     with pytest.raises(RecordingError, match="held at"):
         held_poses(replace(long, imu=shaken))
+
+
+@pytest.mark.parametrize(("unit", "sign"), [(1.0 / 9.80665, 1.0), (-1.0, 1.0), (1.0, -1.0)])
+def test_another_unit_or_sign_is_no_scale_error(unit, sign):
+    poses = simulate("paper", 0.01, 60.0, 3, "poses")
+    imu, reference = poses.recording.imu, poses.recording.reference
+    other = replace(
+        poses.recording,
+        imu=replace(imu, accel=unit * imu.accel),
+        reference=replace(reference, tilt=sign * reference.tilt, rate=None),
+    )
+    calibrate_poses(poses.recording, poses.setup)
+    with pytest.raises(CalibrationError, match=r"a scale is within 0\.7 and 1\.4"):
+        calibrate_poses(other, poses.setup)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbr_estimation.checks.check import check
+from twbr_estimation.checks.timing import timing
 from twbr_estimation.drives import Drive
 from twbr_estimation.recording import ImuTrack, Recording, TiltTrack, WheelTrack
 from twbr_estimation.robot import Calibration, CorrectionSettings, Robot, Setup
@@ -106,3 +108,23 @@ def test_the_cost_of_a_slow_reference_is_reported(every: int) -> None:
     exact = {"exact": TiltTrack(STAMPS, tilt(TIME))}
     cost = score_recording(slow, exact).estimators["exact"].mse_deg2
     assert told == pytest.approx(cost, rel=0.1)
+
+
+@pytest.mark.parametrize(("missing", "said"), [(1, "1 gap, "), (2, "2 gaps, ")])
+def test_one_gap_is_said_in_the_singular(missing: int, said: str) -> None:
+    stamps = np.arange(1000, dtype=np.int64) * 5_000_000
+    for hole in range(missing):
+        stamps[300 * (hole + 1) :] += 100_000_000
+    imu = ImuTrack(stamps, np.zeros((1000, 3)), np.tile([0.0, 0.0, 9.81], (1000, 1)))
+    (found,) = [each for each in timing(Recording("gaps", imu)) if each.subject == "IMU"]
+    assert said in found.text
+
+
+def test_one_jump_is_said_in_the_singular() -> None:
+    stamps = np.arange(1000, dtype=np.int64) * 5_000_000
+    angle = 0.01 * np.arange(1000.0)[:, None]
+    angle[500:] += 60.0
+    imu = ImuTrack(stamps, np.zeros((1000, 3)), np.tile([0.0, 0.0, 9.81], (1000, 1)))
+    recording = Recording("jump", imu, WheelTrack(stamps, angle))
+    (found,) = [each for each in check(recording, Setup()) if each.check == "jumps"]
+    assert "the angle jumps 1 time, by up to 60" in found.text

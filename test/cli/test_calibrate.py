@@ -126,7 +126,7 @@ def test_what_is_not_estimated_is_kept(bags, tmp_path, capsys):
     ("kind", "bag", "said"),
     [
         ("still", "poses", "the robot moved"),
-        ("poses", "still", "held at 1 angles"),
+        ("poses", "still", "held at 1 angle, at least"),
     ],
 )
 def test_the_wrong_recording_is_refused(bags, kind, bag, said, capsys):

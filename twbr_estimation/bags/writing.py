@@ -13,6 +13,7 @@ from ..disk.reading import exists
 from ..disk.writing import whole_folder
 from ..errors import RecordingError
 from ..recording import SINGLE_WHEEL_JOINT, Recording, StampArray, TiltTrack
+from ..samples import LAST_STAMP
 from .encoding import (
     float64_array_messages,
     imu_messages,
@@ -62,17 +63,31 @@ def write_recording(
         beside: Writes further files into the folder it is given, before that appears.
 
     Raises:
-        RecordingError: something exists at `path`, or is no recording that may be replaced.
+        RecordingError: something exists at `path`, or is no recording that may be replaced; or a
+            stamp is outside of what a message can hold.
         WritingError: it cannot be written.
     """
     target = Path(path)
-    topics = [*_recording_topics(recording), *extra_messages]
+    own = _recording_topics(recording)
+    for entry in own:
+        _require_stamps(entry)
+    topics = [*own, *extra_messages]
     require_room(target, overwrite)
     size = sum(len(message) for entry in topics for message in entry.messages)
     with whole_folder(target, size, replace=overwrite) as folder:
         _write(folder, topics)
         add_checksums(folder / f"{folder.name}.mcap")
         beside(folder)
+
+
+def _require_stamps(entry: BagTopic) -> None:
+    if entry.stamps.size == 0:
+        return
+    first, last = int(entry.stamps.min()), int(entry.stamps.max())
+    if first < 0 or last > LAST_STAMP:
+        raise RecordingError(
+            f"{entry.topic}: stamps from {first} to {last} ns; a message holds 0 to {LAST_STAMP} ns"
+        )
 
 
 def _write(folder: Path, topics: Sequence[BagTopic]) -> None:

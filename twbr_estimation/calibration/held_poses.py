@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..checks.blocks import BLOCK, Blocks, runs_of
 from ..errors import RecordingError
+from ..printing.text import counted
 from ..recording import FloatArray, Recording
 
 SETTLED = 0.2
@@ -103,8 +104,8 @@ def _runs(held: NDArray[np.bool_], times: FloatArray) -> list[FloatArray]:
 def _require_enough(source: str, angles: list[float]) -> None:
     if len(angles) < FEWEST:
         raise RecordingError(
-            f"{source}: the robot is held at {len(angles)} angles, at least {FEWEST} are needed, "
-            f"each for {SHORTEST_POSE + 2.0 * SETTLED:g} s"
+            f"{source}: the robot is held at {counted(len(angles), 'angle')}, "
+            f"at least {FEWEST} are needed, each for {SHORTEST_POSE + 2.0 * SETTLED:g} s"
         )
     span = max(angles) - min(angles)
     if span < SMALLEST_SPAN:

@@ -28,6 +28,8 @@ ZERO_MARGIN = 1.0
 """An axis shows its bias if a pose brings it this close to zero force [m/s^2]."""
 SLOPE_UNCERTAINTY = 0.05
 """How far the slope of the readings near zero may be from that over all poses."""
+PLAUSIBLE_GAIN = (0.7, 1.4)
+"""The readings' slope over the force is within these; others are of another unit or sign."""
 _SMOOTH_DEGREE = 5
 
 
@@ -129,6 +131,7 @@ def _axis(poses: Poses, setup: Setup, axis: str, pitch_error: float) -> AxisResu
         _require_plausible(axis, bias)
         weight = STANDARD_GRAVITY * math.hypot(pitch_error, poses.resolution / math.sqrt(12.0))
         error = math.hypot(error, weight)
+    _require_gain(axis, reading, force)
     fit = fit_scale(reading - bias, force)
     single = poses.readings[:, column] - bias
     wanted = force[poses.pose]
@@ -142,6 +145,17 @@ def _require_plausible(axis: str, bias: float) -> None:
         raise CalibrationError(
             f"accelerometer {axis}: a bias of {bias:.3g} m/s^2 is not plausible, "
             f"boards are off by up to {LARGEST_ACCEL_BIAS:.3g} m/s^2; check its unit, axes "
+            "and robot.mounting"
+        )
+
+
+def _require_gain(axis: str, reading: FloatArray, force: FloatArray) -> None:
+    gain = float(np.polyfit(force, reading, 1)[0])
+    if not PLAUSIBLE_GAIN[0] < gain < PLAUSIBLE_GAIN[1]:
+        raise CalibrationError(
+            f"accelerometer {axis}: it reads {gain:.3g} times the force that the reference shows, "
+            f"a scale is within {PLAUSIBLE_GAIN[0]:g} and {PLAUSIBLE_GAIN[1]:g}; check its unit "
+            "(m/s^2) and axes, sign and unit of the reference (rad, positive leaning forward), "
             "and robot.mounting"
         )
 

@@ -29,6 +29,8 @@ LEAST_TURN = 0.75
 """Fewer turns than this are not counted as turns."""
 LEAST_SHARE = 0.6
 """Least share of one axis in the mean square rate of turns by hand; a drive has less."""
+ACROSS = 0.5
+"""Least share of gravity across the axis that is looked at."""
 BEYOND = 1.05
 """Readings further beyond the full scale are in another unit."""
 
@@ -46,6 +48,9 @@ class Turned:
     """Of its axis in the mean square rate."""
     fastest: float
     """Largest reading about the axis [rad/s]."""
+    least_gravity: float
+    """Least of gravity's part across the axis over that at the start: below 0 once half a turn is
+    made; 0 where gravity lies along the axis."""
 
 
 def turned(recording: Recording, setup: Setup) -> Turned:
@@ -106,7 +111,17 @@ def _between(recording: Recording, first: Held, last: Held) -> Turned:
     squares = np.sum(np.square(rate), axis=0)
     share = float(squares[axis] / max(float(squares.sum()), 1e-30))
     fastest = float(np.abs(imu.gyro[inside, axis]).max())
-    return Turned(axis, float(angle[axis]), float(times[-1]), share, fastest)
+    least = _least_gravity(imu.accel[inside], first.accel, axis)
+    return Turned(axis, float(angle[axis]), float(times[-1]), share, fastest, least)
+
+
+def _least_gravity(accel: FloatArray, start: FloatArray, axis: int) -> float:
+    """Return `Turned.least_gravity` from the forces of a turn, (n, 3), and that before it, (3,)."""
+    across = np.where(np.arange(3) == axis, 0.0, start)
+    length = float(np.linalg.norm(across))
+    if length < ACROSS * float(np.linalg.norm(start)):
+        return 0.0
+    return float(np.min(accel @ across)) / length**2
 
 
 def calibrate_turns(
@@ -126,6 +141,7 @@ def calibrate_turns(
     for recording in recordings:
         each = turned(recording, setup)
         name = "xyz"[each.axis]
+        _require_gravity_turns(recording.source, each)
         if turns is None:
             _require_in_range(recording.source, each, setup.robot.gyro_range)
         count = abs(turns) if turns is not None else float(round(abs(each.angle) / math.tau))
@@ -153,4 +169,14 @@ def _require_in_range(source: str, each: Turned, gyro_range: float) -> None:
             f"{source}: gyro {'xyz'[each.axis]} reads up to {each.fastest:.3g} rad/s, beyond "
             f"robot.gyro_range {gyro_range:.3g}: check its unit (rad/s), set robot.gyro_range to "
             "the sensor's full scale, or give the number of turns as `turns`"
+        )
+
+
+def _require_gravity_turns(source: str, each: Turned) -> None:
+    """Refuse a turn about a level axis in which gravity does not turn round."""
+    if each.least_gravity > 0.0:
+        raise CalibrationError(
+            f"{source}: gyro {'xyz'[each.axis]} turns {abs(each.angle) / math.tau:.3g} times while "
+            "the accelerometer shows no half turn: check the gyro's unit (rad/s) and "
+            "calibration.gyro_bias"
         )

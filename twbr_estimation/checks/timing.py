@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..printing.text import counted
 from ..recording import Recording, StampArray
 from .finding import Finding, Severity, passed
 
@@ -83,7 +84,7 @@ def timing(recording: Recording) -> Iterator[Finding]:
 def _judged(name: str, shown: Timing) -> Finding:
     text = (
         f"{shown.rate:.4g} Hz, period {1e3 * shown.period:.4g} ms +- {1e3 * shown.jitter:.2g} ms, "
-        f"{shown.gaps} gaps, the longest {1e3 * shown.longest_step:.4g} ms"
+        f"{counted(shown.gaps, 'gap')}, the longest {1e3 * shown.longest_step:.4g} ms"
     )
     if shown.longest_step > CLOCK_SET:
         return Finding(

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..pipeline.pairing import pair
+from ..printing.text import counted
 from ..recording import FloatArray, Recording, WheelTrack
 from ..samples import Sample
 from .band import banded, clear_of_ends
@@ -191,7 +192,8 @@ def _jumps(track: WheelTrack) -> Iterator[Finding]:
         Severity.FAIL,
         "wheels",
         "jumps",
-        f"the angle jumps {count} times, by up to {largest:.4g} rad: {_kind(track, jumping)}",
+        f"the angle jumps {counted(count, 'time')}, by up to {largest:.4g} rad: "
+        f"{_kind(track, jumping)}",
         float(count),
     )
 

@@ -16,6 +16,7 @@ from ..many.jobs import WHOLE
 from ..many.places import recordings_at
 from ..many.series import Failure
 from ..printing.console import SafeConsole
+from ..printing.text import counted
 from .arguments import add_recordings, add_settings, topic_names
 from .frames import add_frames, frames_of
 from .many import add_many, carried_out, is_single, print_failures, write_figures
@@ -66,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _print(console: Console, source: str, result: Mapping[str, Any]) -> None:
-    title = f"{source}: {result['samples']} samples, {result['duration_s']:.1f} s"
+    title = f"{source}: {counted(result['samples'], 'sample')}, {result['duration_s']:.1f} s"
     print_findings(console, title, from_json(result["findings"]))
 
 

@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 from ..checks.finding import Finding, Severity, sentences
 from ..checks.quick import QuickChecks
 from ..live_code.providing import BackgroundSteps
+from ..printing.text import counted
 from ..samples import CorrectedSample, TiltEstimate
 from ..streams.filtering import FilterStream
 from ..streams.guarded import came_instead
@@ -184,14 +185,14 @@ class FilterNode(GuardedNode):
         kind = "raw" if self._input.raw else "corrected"
         chosen = {"filter": self._stream.settings.filter, "input": kind}
         period = self._stream.period()
-        counted = self._stream.counts()
-        newly_lost, self._lost = counted["lost_samples"] - self._lost, counted["lost_samples"]
+        counts = self._stream.counts()
+        newly_lost, self._lost = counts["lost_samples"] - self._lost, counts["lost_samples"]
         values = {
             **chosen,
             "period_s": period,
             **self._counts,
             "unreadable_messages": self.unreadable,
-            **counted,
+            **counts,
             **self._input.counts(),
         }
         values["wheels_ignored_s"] = round(self._stream.wheels_ignored(), 1)
@@ -203,12 +204,12 @@ class FilterNode(GuardedNode):
         if self._checks.untrusted:
             return Report(Level.ERROR, sentences(self._checks.untrusted), values)
         if not self._trusted:
-            lost = f"; {newly_lost} samples lost or late" if newly_lost else ""
+            lost = f"; {counted(newly_lost, 'sample')} lost or late" if newly_lost else ""
             causes = sentences(each for each in self._doubts() if each.severity is Severity.FAIL)
             why = [causes, self._stream.distrust(), *self._stream.remarks()]
             return Report(Level.WARN, "; ".join(filter(None, why)) + lost, values)
         warnings = [
-            f"{newly_lost} samples lost or late" if newly_lost else "",
+            f"{counted(newly_lost, 'sample')} lost or late" if newly_lost else "",
             *self._stream.remarks(),
             *self._stream.warnings(period),
             sentences(self._doubts()),

@@ -15,6 +15,7 @@ from std_msgs.msg import Float64MultiArray
 from ..configuration.files import write_section
 from ..configuration.of_recording import CONFIG_FOLDER
 from ..errors import TwbrError
+from ..printing.text import counted
 from ..robot import Calibration, Robot
 from .declarations import settings_from
 from .graph_requests import Requests
@@ -121,7 +122,7 @@ class GraphRecorder:
         if recorder is None:
             return "nothing was being recorded"
         recorder.close()
-        return f"{self._target}: {recorder.messages} messages"
+        return f"{self._target}: {counted(recorder.messages, 'message')}"
 
 
 def _type_name(kind: Any) -> str:

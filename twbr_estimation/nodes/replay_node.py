@@ -24,6 +24,7 @@ from std_srvs.srv import Trigger
 
 from ..errors import ConfigurationError, TwbrError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..printing.text import counted
 from ..ros_messages import set_time
 from ..streams.replay.pacing import FlowWindow, Pace
 from ..streams.replay.player import PlayedPart, Player, stamp_of
@@ -346,11 +347,13 @@ class ReplayNode(GuardedNode):
 
     def _summary(self) -> str:
         """Return what was played, and what was not or may have been lost."""
-        text = f"played {self._sent} messages of {self._settings.bag}"
+        text = f"played {counted(self._sent, 'message')} of {self._settings.bag}"
         if self._left_out:
             text += f"; {self._left_out} of topics that are not played"
         if stalls := self.player.stalls:
-            text += f"; {stalls} times a followed topic stopped reporting: some may be lost"
+            text += (
+                f"; {counted(stalls, 'time')} a followed topic stopped reporting: some may be lost"
+            )
         return text
 
     def destroy_node(self) -> None:

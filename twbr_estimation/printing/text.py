@@ -26,6 +26,11 @@ def literal(text: str) -> str:
     return safe(text).replace("$", r"\$")
 
 
+def counted(count: int, one: str) -> str:
+    """Return a number with its noun, `1 gap` or `2 gaps`; the plural of `one` ends with s."""
+    return f"{count} {one}" if count == 1 else f"{count} {one}s"
+
+
 def say(text: str, error: bool = False, end: str = "\n", flush: bool = False) -> None:
     """Print a text to stdout, or to stderr where it is an `error`."""
     print(safe(text), file=sys.stderr if error else sys.stdout, end=end, flush=flush)

@@ -17,6 +17,7 @@ from .. import __version__
 from ..drives import Runs
 from ..errors import ConfigurationError
 from ..filters import filter_named
+from ..printing.text import counted
 from ..scoring.figure_table import FIGURES
 from ..scoring.score import ScoringOptions, mean_over
 from .data import RAW, RecordingReport
@@ -137,7 +138,7 @@ def _facts(report: RecordingReport) -> Iterator[tuple[str, str]]:
     if first > _YEAR_2000:  # simulated time starts at 0
         started = datetime.fromtimestamp(first * 1e-9, timezone.utc)
         yield "recorded", started.strftime("%Y-%m-%d %H:%M:%S UTC")
-    yield "IMU", f"{recording.imu.stamps.size} samples every {1e3 * recording.dt:.4g} ms"
+    yield "IMU", f"{counted(recording.imu.stamps.size, 'sample')} every {1e3 * recording.dt:.4g} ms"
     wheels = recording.wheels
     encoders = 0 if wheels is None else wheels.angle.shape[1]
     yield "wheel encoders", str(encoders) if encoders else "none"

@@ -16,6 +16,7 @@ from rich.table import Table
 
 from ..disk.writing import write_text
 from ..printing.console import SafeConsole
+from ..printing.text import counted
 from .figure_table import FIGURES
 from .score import SMOOTHED, RecordingScore, as_json, mean_over
 
@@ -87,7 +88,7 @@ def _print_brief(console: Console, entry: RecordingScore) -> None:
     """Print in short what puts the figures that follow in doubt."""
     texts = [_brief(each) for each in entry.findings]
     if texts:
-        title = f"{entry.source}: the data have {_counted(len(texts), 'finding')}; in full below"
+        title = f"{entry.source}: the data have {counted(len(texts), 'finding')}; in full below"
         console.print(escape(title), highlight=False, soft_wrap=True)
     for text in texts:
         console.print(f"  {escape(text)}", highlight=False, soft_wrap=True)
@@ -99,10 +100,6 @@ def _brief(finding: Mapping[str, Any]) -> str:
     return text if len(text) <= BRIEF else f"{text[: BRIEF - 3].rsplit(' ', 1)[0]}..."
 
 
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
 def _print_counts(console: Console, scores: Sequence[RecordingScore]) -> None:
     """Print in how many recordings each check found something."""
     found = Counter(
@@ -111,13 +108,13 @@ def _print_counts(console: Console, scores: Sequence[RecordingScore]) -> None:
         for kind in {(f["severity"], f["subject"], f["check"]) for f in entry.findings}
     )
     for (severity, subject, check), count in sorted(found.items(), key=lambda each: -each[1]):
-        text = f"{severity} {subject}, {check}: in {count} of {len(scores)} recordings"
+        text = f"{severity} {subject}, {check}: in {count} of {counted(len(scores), 'recording')}"
         console.print(escape(text), highlight=False, soft_wrap=True)
 
 
 def _print_recording(console: Console, entry: RecordingScore) -> None:
     _print_brief(console, entry)
-    title = f"{entry.source}: {entry.samples} samples at {entry.dt * 1e3:g} ms"
+    title = f"{entry.source}: {counted(entry.samples, 'sample')} at {entry.dt * 1e3:g} ms"
     figures = {
         name: {each.name: getattr(score, each.name) for each in FIGURES}
         for name, score in entry.estimators.items()
@@ -125,7 +122,7 @@ def _print_recording(console: Console, entry: RecordingScore) -> None:
     console.print(_table(title, figures))
     left_out = max((score.left_out for score in entry.estimators.values()), default=0)
     if left_out:
-        console.print(f"  {left_out} samples without a reference left out")
+        console.print(f"  {counted(left_out, 'sample')} without a reference left out")
     stated = entry.smoothed_deviation_deg
     if stated is not None and entry.reference == SMOOTHED:
         console.print(

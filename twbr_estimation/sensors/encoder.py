@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple, Protocol
 
 from ..errors import ConfigurationError
 from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..printing.text import counted
 
 INDEX_WIDTH = 4
 """Width of an index pulse [counts]: its edges differ by that between the two directions."""
@@ -109,7 +110,7 @@ class Tally(NamedTuple):
         if self.ambiguous_edges:
             return f"{self.ambiguous_edges} edges came two in an interrupt: direction uncertain"
         if self.late_reads:
-            return f"edges come faster than they are read ({self.late_reads} times)"
+            return f"edges come faster than they are read ({counted(self.late_reads, 'time')})"
         return ""
 
 

@@ -20,6 +20,7 @@ from ..drives import Drive, load
 from ..drives.warnings import contradictions
 from ..errors import ConfigurationError, RecordingError
 from ..filters import filter_named, listed_filters
+from ..printing.text import counted
 from ..recording import Recording
 from ..robot import CorrectionSettings
 from ..samples import READINGS
@@ -200,8 +201,9 @@ def _require_enough(recording: Recording) -> None:
     samples = recording.imu.stamps.size
     if samples < LEAST_SAMPLES:
         raise RecordingError(
-            f"{recording.source}: {samples} samples ({recording.duration:.3g} s) are too few to "
-            f"tune on; at least {LEAST_SAMPLES} samples are needed, and a minute of driving is good"
+            f"{recording.source}: {counted(samples, 'sample')} ({recording.duration:.3g} s): too "
+            f"few to tune on; at least {LEAST_SAMPLES} samples are needed, and a minute of driving "
+            "is good"
         )
 
 

@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.streams.replay.pacing import FlowWindow, Pace
 from twbr_estimation.streams.replay.player import (
     HeaderClocks,
@@ -90,6 +91,34 @@ def test_a_stretch_and_new_stamps() -> None:
     play(Player(tape, sink, Pace(0.0), stretch=stretch))
     assert sink.stamps == [100 * SECOND + 1_000_000 * k for k in range(30)]
     assert sink.clock == [100 * SECOND + 10_000_000 * k for k in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("part", "said"),
+    [
+        (PlayedPart(start=0.2), r"start: 0.2 s is behind the end .* 0.099 s long"),
+        (PlayedPart(start=0.0502, duration=0.0001), "duration: there is no message"),
+    ],
+)
+def test_a_part_without_a_message_is_refused(part: PlayedPart, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        Player(Tape(100), Collector(), Pace(1.0), part)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1.0])
+def test_a_loop_of_one_message_does_not_flood(rate: float) -> None:
+    sink = Collector()
+    player = Player(Tape(1), sink, Pace(rate))
+    player.loop = True
+    thread = threading.Thread(target=play, args=(player,))
+    begin = time.monotonic()
+    thread.start()
+    time.sleep(0.25)
+    player.stop()
+    thread.join(5.0)
+    taken = time.monotonic() - begin
+    assert not thread.is_alive()
+    assert 1 <= len(sink.stamps) <= taken / 0.1 + 1.0
 
 
 def test_no_more_is_under_way_than_the_window_allows() -> None:

@@ -9,7 +9,8 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Protocol
 
-from ...samples import NANOSECONDS_PER_SECOND
+from ...errors import ConfigurationError
+from ...samples import LAST_STAMP, NANOSECONDS_PER_SECOND
 from .pacing import FlowWindow, Pace
 
 CLOCK_PERIOD = 10_000_000
@@ -20,8 +21,8 @@ DRAIN_LIMIT = 0.5
 """The same at the end of a pass, where consumers may keep the last samples [s]."""
 CLOCK_GAP = 10_000_000_000
 """A header stamp further from the recorded time [ns] is of another clock than the recorder's."""
-LAST_STAMP = (2**31 - 1) * NANOSECONDS_PER_SECOND + NANOSECONDS_PER_SECOND - 1
-"""The latest stamp that a header can hold [ns]."""
+SHORTEST_PASS = 0.1
+"""A pass of a loop takes at least this time [s], or one message would be sent without end."""
 _STAMP = 4
 """Offset of the stamp in a serialised message that begins with a header."""
 
@@ -130,10 +131,14 @@ class Player:
             sink: where to.
             pace: the speed.
             stretch: which part; all by default.
+
+        Raises:
+            ConfigurationError: the part begins behind the last message, or holds none.
         """
         self._source, self._sink, self._pace = source, sink, pace
         self._window: FlowWindow | None = None
         self._stretch = stretch or PlayedPart()
+        self._require_messages()
         self._woken = threading.Condition()
         self._stopped = False
         self.loop = False
@@ -163,10 +168,12 @@ class Player:
         """
         self._window = window
         while not self._stopped:
+            begin = time.monotonic()
             self._play_pass(stamped, flush_every)
             self.passes += 1
             if not self.loop:
                 break
+            self._rest(begin + SHORTEST_PASS)
         if not (self._stopped or self._limited()):
             self._sink.flush()  # takes seconds: at the very end only
 
@@ -225,6 +232,27 @@ class Player:
                 self._sink.flush()
         if self._window is not None and self._limited():
             self._window.drain(DRAIN_LIMIT)
+
+    def _require_messages(self) -> None:
+        """Refuse a part of the recording in which there is nothing to play."""
+        length = (self._source.time(len(self._source) - 1) - self._source.time(0)) * 1e-9
+        if self._stretch.start > length:
+            raise ConfigurationError(
+                f"start: {self._stretch.start:g} s is behind the end of the recording, which is "
+                f"{length:.6g} s long"
+            )
+        first, last = self._limits()
+        if first >= last:
+            raise ConfigurationError(
+                f"duration: there is no message in the {self._stretch.duration:g} s after "
+                f"{self._stretch.start:g} s; play longer"
+            )
+
+    def _rest(self, until: float) -> None:
+        """Wait until a time of the steady clock [s], or until `stop`."""
+        with self._woken:
+            while not self._stopped and (left := until - time.monotonic()) > 0.0:
+                self._woken.wait(left)
 
     def _limited(self) -> bool:
         """Whether a window sets the speed."""
