@@ -1,8 +1,9 @@
 """Measure the live page: CPU and memory of dashboard_node without and with a browser.
 
 A simulated robot runs at 500 Hz in processes of its own, and a headless Chromium looks at the
-page. Printed are CPU seconds of the page's process for each second of the clock, pictures a second,
-memory of process and browser, and every script error. `--seconds 300` is the long run.
+page. Printed are CPU seconds of the page's process for each second of the clock, pictures and
+messages a second, memory of process and browser, and every script error. `--seconds 300` is the
+long run.
 """
 
 from __future__ import annotations
@@ -28,6 +29,21 @@ from report.browser import Browser, chromium  # noqa: E402
 IMU_PERIOD = 0.002
 TIMEOUT = 60.0
 TICKS = os.sysconf("SC_CLK_TCK")
+
+
+COUNTED = """
+window.received = {messages: 0, bytes: 0};
+window.WebSocket = class extends WebSocket {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener('message', ({data}) => {
+      window.received.messages += 1;
+      window.received.bytes += data.size ?? data.byteLength ?? data.length;
+    });
+  }
+};
+"""
+"""Script that counts what the server sends to a page."""
 
 
 class Usage(NamedTuple):
@@ -88,6 +104,7 @@ def look(browser: Browser, process: int, seconds: float) -> bool:
     time.sleep(5.0)
     heap = "performance.memory.usedJSHeapSize / 2**20"
     first, shown = usage(process), browser.evaluate(frames)
+    messages, size = received(browser)
     collected = heap_after_collection(browser, heap)
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -95,15 +112,23 @@ def look(browser: Browser, process: int, seconds: float) -> bool:
         browser.evaluate("0")
     last, shown = usage(process), browser.evaluate(frames) - shown
     elapsed = last.clock - first.clock
+    messages, size = (b - a for a, b in zip((messages, size), received(browser), strict=True))
     print(
         f"with a browser, {elapsed:.0f} s: {percent(first, last):.1f} % of a core, "
-        f"{shown / elapsed:.1f} pictures a second, memory {first.memory:.1f} to "
+        f"{shown / elapsed:.1f} pictures a second, {messages / elapsed:.1f} messages and "
+        f"{size / elapsed / 1000.0:.1f} kB a second, memory {first.memory:.1f} to "
         f"{last.memory:.1f} MB, browser's heap {collected:.1f} to "
         f"{heap_after_collection(browser, heap):.1f} MB"
     )
     complaints = browser.complaints()
     print(f"script errors: {len(complaints)}", *complaints, sep="\n")
     return not complaints
+
+
+def received(browser: Browser) -> tuple[int, int]:
+    """Return the number of messages from the server so far, and their size [bytes]."""
+    seen = browser.evaluate("[received.messages, received.bytes]")
+    return int(seen[0]), int(seen[1])
 
 
 def heap_after_collection(browser: Browser, heap: str) -> float:
@@ -147,6 +172,7 @@ def measure(graph: Graph, folder: Path, given: argparse.Namespace) -> int:
     print(f"no browser, {given.idle:.0f} s: {percent(begin, usage(process)):.1f} % of a core")
     with Browser(folder / "profile") as browser:
         browser.resize(1280, 900)
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source=COUNTED)
         browser.call("Page.navigate", url=f"http://127.0.0.1:{given.port}/")
         fine = look(browser, process, given.seconds)
         if given.screenshots:
