@@ -108,13 +108,22 @@ def test_degrees_are_no_whole_turns(turns: float) -> None:
         calibrate_turns([turned(1, turns, math.degrees(1.0))], Setup())
 
 
+def gyro_about_z(drive: Recording, rate: np.ndarray) -> Recording:
+    """Return a recording with a further rate about z [rad/s], (n,)."""
+    further = np.column_stack([0.0 * rate, 0.0 * rate, rate])
+    return replace(drive, imu=replace(drive.imu, gyro=drive.imu.gyro + further))
+
+
 def test_a_drive_is_no_turn_by_hand() -> None:
     drive = turned(1, 2.0, 1.0)
     swaying = np.sin(np.arange(2200) * 0.1) * 2.5
     gyro = drive.imu.gyro + np.column_stack([0.0 * swaying, swaying, 0.0 * swaying])
     driven = replace(drive, imu=replace(drive.imu, gyro=gyro))
-    with pytest.raises(CalibrationError, match="of the motion is about z"):
+    with pytest.raises(CalibrationError, match="of the motion is one turn about z"):
         calibrate_turns([driven], Setup())
+    to_and_fro = gyro_about_z(drive, 3.0 * swaying)
+    with pytest.raises(CalibrationError, match="of the motion is one turn about z"):
+        calibrate_turns([to_and_fro], Setup(replace(Robot(), gyro_range=20.0)))
 
 
 def test_a_bias_in_degrees_is_no_turn() -> None:

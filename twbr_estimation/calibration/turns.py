@@ -28,7 +28,8 @@ SAME_POSE = math.radians(15.0)
 LEAST_TURN = 0.75
 """Fewer turns than this are not counted as turns."""
 LEAST_SHARE = 0.6
-"""Least share of one axis in the mean square rate of turns by hand; a drive has less."""
+"""Least net turn about one axis over all turning, to and fro and about every axis, that is a
+turn by hand; a drive has less."""
 ACROSS = 0.5
 """Least share of gravity across the axis that is looked at."""
 BEYOND = 1.05
@@ -45,7 +46,7 @@ class Turned:
     duration: float
     """[s]."""
     share: float
-    """Of its axis in the mean square rate."""
+    """Net angle over the angle of all motion, to and fro and about every axis."""
     fastest: float
     """Largest reading about the axis [rad/s]."""
     least_gravity: float
@@ -71,9 +72,10 @@ def turned(recording: Recording, setup: Setup) -> Turned:
         )
     if best.share < LEAST_SHARE:
         raise CalibrationError(
-            f"{recording.source}: only {100.0 * best.share:.0f} % of the motion is about "
-            f"{'xyz'[best.axis]}, at least {100.0 * LEAST_SHARE:.0f} % are needed: turn the robot "
-            "by hand about one axis, whole turns; a drive does not show how far it turned"
+            f"{recording.source}: only {100.0 * best.share:.0f} % of the motion is one turn "
+            f"about {'xyz'[best.axis]}, at least {100.0 * LEAST_SHARE:.0f} % are needed: "
+            "turn the robot by hand about one axis, whole turns; a drive "
+            "does not show how far it turned"
         )
     return best
 
@@ -108,8 +110,8 @@ def _between(recording: Recording, first: Held, last: Held) -> Turned:
     steps = np.diff(times)[:, None]
     angle = np.sum(0.5 * (rate[1:] + rate[:-1]) * steps, axis=0)
     axis = int(np.argmax(np.abs(angle)))
-    squares = np.sum(np.square(rate), axis=0)
-    share = float(squares[axis] / max(float(squares.sum()), 1e-30))
+    path = float(np.sum(np.linalg.norm(0.5 * (rate[1:] + rate[:-1]), axis=1) * steps[:, 0]))
+    share = abs(float(angle[axis])) / max(path, 1e-30)
     fastest = float(np.abs(imu.gyro[inside, axis]).max())
     least = _least_gravity(imu.accel[inside], first.accel, axis)
     return Turned(axis, float(angle[axis]), float(times[-1]), share, fastest, least)
