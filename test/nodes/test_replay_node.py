@@ -146,7 +146,11 @@ def test_recorded_bytes_are_those_of_the_middleware(graph: Any, tmp_path: Path) 
     graph.spin_until(lambda: len(imu) == 1)
     topic, content = node.player._source.message(0)
     assert topic == "/imu/data_raw"
-    assert serialize_message(imu[0])[: len(content)] == content
+    given = bytearray(serialize_message(imu[0])[: len(content)])
+    text_end = 4 + 12 + len(imu[0].header.frame_id) + 1
+    padding = slice(text_end, text_end + (4 - text_end) % 8)
+    given[padding] = content[padding]  # where the middleware leaves what its buffer held
+    assert bytes(given) == content and padding.stop < len(content)
 
 
 def test_only_speed_and_loop_can_change(graph: Any, tmp_path: Path) -> None:
