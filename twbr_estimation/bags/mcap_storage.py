@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from ..errors import RecordingError
 from .mcap_checksums import data_checksum
 from .mcap_chunk import RECORD_HEAD, RecordStarts, messages_in
-from .mcap_records import MAGIC as MAGIC
-from .mcap_records import Summary, outer_records, read_summary
+from .mcap_records import MAGIC, Summary, outer_records, read_summary
 from .message_batch import MessageBatch
 from .topics import absolute, full_type
 from .unpacking import CHUNK_LIMIT, COMPRESSIONS, DAMAGED, Allowance, DamagedError, unpacked

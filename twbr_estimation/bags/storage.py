@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from ..disk.reading import open_regular
 from ..errors import RecordingError
+from .mcap_records import MAGIC as MCAP_MAGIC
 from .message_batch import MessageBatch
 from .packed_files import is_packed, unpack
 from .unpacking import Allowance
@@ -57,7 +58,7 @@ def _ros1() -> type[Any]:
 
 
 _KINDS: dict[bytes, Callable[[], type[Any]]] = {
-    b"\x89MCAP0\r\n": _mcap,
+    MCAP_MAGIC: _mcap,
     b"SQLite format 3\x00": _sqlite,
     b"#ROSBAG V2.0": _ros1,
 }

@@ -252,7 +252,7 @@ class ControllerNode(ManagedNode):
             return Report(Level.OK, f"balancing with {balance.settings.controller}", values)
         fine = balance.standing in (*UNINTERRUPTED, Standing.TILT_INVALID) or not stream.enabled
         level = Level.WARN if fine else Level.ERROR
-        before = f", after the cut because {stream.fell_because}" if stream.fell_because else ""
+        before = f"; before that: {stream.fell_because}" if stream.fell_because else ""
         return Report(level, f"motors cut: {stream.cut_because}{before}", values)
 
     def _wrong_twist(self) -> str:
