@@ -41,7 +41,9 @@ def spread_in_ticks(columns: Columns) -> tuple[Columns, float]:
     begins = np.flatnonzero(~repeated)
     sizes = np.diff(np.append(begins, stamps.size))
     place = np.arange(stamps.size) - np.repeat(begins, sizes)
-    inside = np.rint(tick * place / np.repeat(sizes, sizes)).astype(np.int64)
+    room = np.append(steps, tick)
+    room = np.repeat(np.where(room > 0, np.minimum(room, tick), tick), sizes)
+    inside = (room * place / np.repeat(sizes, sizes)).astype(np.int64)
     return replace(columns, stamps=stamps + inside), 1e-9 * tick
 
 

@@ -165,6 +165,14 @@ def test_a_fall_after_another_cut_is_said_to_be_its_consequence(loop: Loop) -> N
     loop.robot.place(0.01)
     loop.run(2.0)
     assert loop.stream.cut_because == loop.stream.fell_because == ""
+    loop.stream.disable()
+    loop.robot.push(60.0)
+    loop.run(2.0)
+    loop.stream.enable()
+    loop.run(0.1)
+    assert loop.stream.cut_because == "fallen" and loop.stream.fell_because == ""
+    loop.robot.place(0.01)
+    loop.run(2.0)
     loop.robot.push(60.0)
     loop.run(2.0)
     assert loop.stream.cut_because == "fallen" and loop.stream.fell_because == ""

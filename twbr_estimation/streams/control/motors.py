@@ -274,7 +274,7 @@ class ControlStream:
             self._first = self._balance.standing if balanced else self._first
             self._given, self._blend_left, self._changed = NO_VOLTAGE, 0.0, False
         else:
-            self._given = self._blended(asked, dt)
+            self._given, self._first = self._blended(asked, dt), Standing.FALLEN
         return self._given
 
     def _note_interruption(self, now: int, since: int) -> None:
