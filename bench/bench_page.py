@@ -22,9 +22,8 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tools"), str(ROOT / "test")]
 
+from browser import Browser, chromium  # noqa: E402
 from node_processes import Graph  # noqa: E402
-
-from report.browser import Browser, chromium  # noqa: E402
 
 IMU_PERIOD = 0.002
 TIMEOUT = 60.0

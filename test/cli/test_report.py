@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import NAMES, Browser, chromium
 
-from report.browser import NAMES, Browser, chromium
 from twbr_estimation.bags import write_recording
 from twbr_estimation.cli.main import main
 from twbr_estimation.cli.simulate import write_simulated

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from report.browser import Browser
+from browser import Browser
 
 TIMEOUT = 180.0
 """Longest wait for what must come [s]; ends a test that fails, also on a slow machine."""

@@ -13,6 +13,7 @@ import pytest
 pytest.importorskip("rclpy", reason="needs ROS 2")
 pytest.importorskip("nicegui", reason="needs the extra dashboard")
 
+from browser import NAMES, Browser, chromium
 from rclpy.parameter import Parameter
 
 from dashboard.live_robots import SECOND, LiveRobots
@@ -31,7 +32,6 @@ from dashboard.looking import (
 )
 from dashboard.looking import until as until_true
 from nodes.conftest import reserved_domain
-from report.browser import NAMES, Browser, chromium
 from twbr_estimation.cli.main import main as twbr
 from twbr_estimation.configuration.files import read_settings
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER

@@ -15,6 +15,8 @@ import pytest
 
 pytest.importorskip("nicegui", reason="needs the extra dashboard")
 
+from browser import NAMES, Browser, chromium
+
 from dashboard.looking import (
     OUTSIDE,
     choose,
@@ -31,7 +33,6 @@ from dashboard.looking import (
     type_into,
     until,
 )
-from report.browser import NAMES, Browser, chromium
 
 PAGE = Path(__file__).parent / "fake_page.py"
 

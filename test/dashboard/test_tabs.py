@@ -10,8 +10,9 @@ import pytest
 
 pytest.importorskip("nicegui", reason="needs the extra dashboard")
 
+from browser import NAMES, Browser, chromium
+
 from dashboard.looking import choose, click, free_port, mark, process, type_into, until
-from report.browser import NAMES, Browser, chromium
 
 PAGE = Path(__file__).parent / "fake_page.py"
 CANVAS = "getHtmlElement(twbr.robots.get(0).ids.scene)?.querySelector('canvas')"

@@ -94,7 +94,7 @@ def main(arguments: list[str] | None = None) -> int:
             settings.host, settings.port, settings.token, settings.read_only, "twbr"
         ).secured()
         logger = node.get_logger()
-        signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
+        _interrupt_on_signals()
         serve(node.robots, server, lambda addresses: logger.info(f"open {addresses}"))
     except TwbrError as error:
         get_logger("dashboard_node").fatal(str(error))
@@ -108,6 +108,18 @@ def main(arguments: list[str] | None = None) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _interrupt_on_signals() -> None:
+    """Let SIGINT, SIGTERM and SIGHUP end the process cleanly, with its recordings complete.
+
+    The server stops at the first two by itself and then raises the signal anew. A process that
+    was started to outlive its terminal (`nohup`) ignores SIGHUP.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda *_: signal.raise_signal(signal.SIGTERM))
 
 
 def _spin(executor: Executor, node: Node, stop: threading.Event) -> None:

@@ -98,7 +98,8 @@ class Browser:
             answer = self._receive()
             if answer.get("id") == number:
                 assert "error" not in answer, f"{method}: {answer['error']}"
-                return answer["result"]
+                result: dict[str, Any] = answer["result"]
+                return result
             self.events.append(answer)
 
     def _receive(self) -> dict[str, Any]:
@@ -109,7 +110,8 @@ class Browser:
             assert data, "the browser ended"
             self._buffer += data
         message, _, self._buffer = self._buffer.partition(b"\0")
-        return json.loads(message)
+        said: dict[str, Any] = json.loads(message)
+        return said
 
     def resize(self, width: int, height: int, mobile: bool = False) -> None:
         """Give the page a window of `width` by `height` pixels; `mobile` has a touch screen."""

@@ -1,0 +1,36 @@
+"""How the page's node ends."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="needs ROS 2")
+pytest.importorskip("nicegui", reason="needs the extra dashboard")
+
+from dashboard.looking import free_port, running
+from nodes.conftest import reserved_domain
+
+NODE = "import sys; from twbr_estimation.nodes.dashboard_node import main; sys.exit(main())"
+SHARED_MEMORY = Path("/dev/shm")
+SEGMENTS = f"{SHARED_MEMORY}/fastrtps"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_node_and_leaves_no_shared_memory(number: signal.Signals) -> None:
+    command = [sys.executable, "-c", NODE, "--ros-args", "-p", f"port:={free_port()}"]
+    before = set(SHARED_MEMORY.iterdir())  # of processes that were killed
+    with reserved_domain() as domain, running(command, ROS_DOMAIN_ID=str(domain)) as (server, _):
+        maps = Path(f"/proc/{server.pid}/maps").read_text()
+        mapped = {
+            Path(word) for word in maps.split() if word.startswith(f"{SHARED_MEMORY}/fastrtps")
+        }
+        assert mapped
+        server.send_signal(number)
+        output, _ = server.communicate(timeout=30)
+        assert server.returncode == 0, output
+        assert "Traceback" not in output
+        assert [path for path in mapped - before if path.exists()] == []
