@@ -97,8 +97,8 @@ class Graph:
         self._running[node].terminate()  # SIGINT is ignored below a script's background job
         self.wait(node, SHUTDOWN_TIMEOUT)
 
-    def close(self) -> None:
-        """End every node that still runs."""
+    def close(self) -> dict[str, int]:
+        """End every node that still runs; return their statuses."""
         for process in self._running.values():
             process.terminate()
         for process in self._running.values():
@@ -106,6 +106,7 @@ class Graph:
                 process.wait(SHUTDOWN_TIMEOUT)
             except subprocess.TimeoutExpired:
                 process.kill()
+        return {node: process.wait() for node, process in self._running.items()}
 
     def _log(self, node: str) -> Path:
         return self._folder / f"{node}.log"

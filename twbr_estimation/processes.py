@@ -1,7 +1,9 @@
-"""Worker processes that leave Ctrl-C to their parent."""
+"""Worker processes that leave Ctrl-C to their parent, and do not outlive it."""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -32,3 +34,20 @@ def interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         if came:
             signal.raise_signal(signal.SIGINT)
+
+
+def end_with_parent() -> None:
+    """End this worker process as soon as its parent is gone.
+
+    A worker waits for its next task on a pipe that it can itself write to: where the parent is
+    killed, that wait has no end.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()

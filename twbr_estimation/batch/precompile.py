@@ -78,10 +78,11 @@ def compile_missing(entries: Iterable[Filter], report: Report = lambda done, tot
         return
     import multiprocessing  # which takes longer to import than most runs have time for
 
-    from ..processes import interrupts_held
+    from ..processes import end_with_parent, interrupts_held
 
     with interrupts_held():
-        pool = multiprocessing.get_context("spawn").Pool(min(os.cpu_count() or 1, len(names)))
+        jobs = min(os.cpu_count() or 1, len(names))
+        pool = multiprocessing.get_context("spawn").Pool(jobs, end_with_parent)
     with pool:
         compiled = pool.imap_unordered(compile_loop, names)
         for done in range(len(names)):

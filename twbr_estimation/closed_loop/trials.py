@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..processes import interrupts_held
+from ..processes import end_with_parent, interrupts_held
 from .trial import Outcome, Trial, run
 
 _LOOK = 0.2
@@ -56,7 +56,7 @@ def run_all(
     report(1)
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__])
-    with ProcessPoolExecutor(jobs, context) as pool:
+    with ProcessPoolExecutor(jobs, context, end_with_parent) as pool:
         try:
             with interrupts_held():
                 begun = [pool.submit(os.getpid) for _ in range(jobs)]

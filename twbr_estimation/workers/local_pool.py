@@ -12,7 +12,7 @@ from itertools import islice
 from typing import Any
 
 from ..errors import WorkerError
-from ..processes import interrupts_held
+from ..processes import end_with_parent, interrupts_held
 from .base import Outcomes, Report, UnitResult, Work
 
 ATTEMPTS = 3
@@ -132,6 +132,7 @@ class _ProcessChannel:
 
 
 def _begin(work: Work, reports: Any, stop: Any) -> None:
+    end_with_parent()
     reports.cancel_join_thread()  # unread reports must not keep the process
     _WorkerState.work, _WorkerState.channel = work, _ProcessChannel(reports, stop)
 

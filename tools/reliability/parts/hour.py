@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -33,13 +34,14 @@ GROWTH = 3.0
 """Memory that the second half may add to one node [MB]."""
 NODES: dict[str, dict[str, object]] = {
     "simulator_node": {"world": "paper", "imu_period": PERIOD * 1e-9},
-    "correction_node": {},
-    "filter_node": {"compare": ["all"]},
+    "estimation_node": {"drivers": False, "compare": ["all"]},
     "evaluator_node": {},
     "controller_node": {"prepare_all": False},
     "dashboard_node": {"port": PORT},
 }
 """The nodes; `NODES[node]` are the parameters that differ from the defaults."""
+REPORTING = {"simulator_node", "filter_node", "evaluator_node", "controller_node"}
+"""Nodes whose counts are in the diagnostics."""
 PICTURES = "window.twbr?.robots.get(0)?.frames ?? 0"
 SHARED_MEMORY = Path("/dev/shm")
 
@@ -59,16 +61,18 @@ def rows(effort: Effort) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as name:
         processes = Processes(Path(name))
         graph = Graph(processes.domain)
+        watch = Watch(graph)
         try:
             for node, parameters in NODES.items():
                 processes.start(node, parameters)
             with Browser(Path(name) / "profile") as browser:
-                yield from _looks(processes, Watch(graph), browser, half)
+                yield from _looks(processes, watch, browser, half)
             segments = _segments(processes) - before
+            yield _ends(processes.close(), segments)
         finally:
+            watch.end()
             graph.close()
             processes.close()
-        yield _ends(segments)
 
 
 class Watch:
@@ -76,7 +80,6 @@ class Watch:
 
     def __init__(self, graph: Graph) -> None:
         """Listen."""
-        self.graph = graph
         self.tilts = self.missing = 0
         """Tilts that came, and samples without one between two tilts."""
         self.reported: dict[str, dict[str, str]] = {}
@@ -85,6 +88,19 @@ class Watch:
         self._last = 0
         graph.probe.create_subscription(Imu, "imu/data", self._on_tilt, 1000, raw=True)
         graph.probe.create_subscription(DiagnosticArray, "/diagnostics", self._on_report, 50)
+        # A thread of its own: a browser may take its time to answer.
+        self._executor, self._ended = graph.executor, threading.Event()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        while not self._ended.is_set():
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def end(self) -> None:
+        """Take no more messages."""
+        self._ended.set()
+        self._thread.join()
 
     def _on_tilt(self, data: bytes) -> None:
         stamp, _ = decode_imu(data)
@@ -97,12 +113,6 @@ class Watch:
     def _on_report(self, message: DiagnosticArray) -> None:
         for status in message.status:
             self.reported[status.name] = {each.key: each.value for each in status.values}
-
-    def spin(self, seconds: float) -> None:
-        """Take messages for a while."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self.graph.executor.spin_once(timeout_sec=0.1)
 
     def lost(self) -> dict[str, int]:
         """Return what is missing here and what each node reports as lost."""
@@ -136,26 +146,27 @@ def _size(process: int) -> Size:
 
 def _looks(processes: Processes, watch: Watch, browser: Browser, half: float) -> Iterator[Row]:
     """Watch two halves of the run."""
-    watch.spin(SETTLING / 2)
+    time.sleep(SETTLING / 2)
     browser.resize(1280, 900)
+    browser.call("Network.disable")  # or it reports every message that the page gets
     browser.call("Page.navigate", url=f"http://127.0.0.1:{PORT}/")
-    watch.spin(SETTLING / 2)
+    time.sleep(SETTLING / 2)
     before, tilts, shown = watch.lost(), watch.tilts, browser.evaluate(PICTURES)
     begin = time.monotonic()
-    _spin(watch, browser, half)
+    _wait(browser, half)
     middle = sizes(processes)
-    _spin(watch, browser, half)
+    _wait(browser, half)
     end, elapsed = sizes(processes), time.monotonic() - begin
     processes.check()
+    taken, listened = watch.tilts - tilts, set(watch.reported) >= REPORTING
     lost = {what: n - before.get(what, 0) for what, n in watch.lost().items()}
     lost = {what: n for what, n in lost.items() if n}
-    heard = set(NODES) - {"dashboard_node"} <= set(watch.reported)
     yield Row(
         f"all filters, an evaluator and the page at 500 Hz for {elapsed / 60.0:.0f} min",
-        watch.tilts - tilts,
+        taken,
         "no node ended, no sample lost, no message dropped, no error in a callback",
         _lost(lost, [gap - begin for gap in watch.gaps if gap > begin]) or "nothing lost",
-        not lost and heard and (watch.tilts - tilts) * PERIOD * 1e-9 > 0.99 * elapsed,
+        not lost and listened and taken * PERIOD > 0.99e9 * elapsed,
     )
     grown = {node: end[node].memory - middle[node].memory for node in NODES}
     opened = {node: end[node].descriptors - middle[node].descriptors for node in NODES}
@@ -181,11 +192,11 @@ def _lost(lost: dict[str, int], gaps: list[float]) -> str:
     return counts + ("; after " + ", ".join(f"{gap:.1f} s" for gap in gaps[:20]) if gaps else "")
 
 
-def _spin(watch: Watch, browser: Browser, seconds: float) -> None:
-    """Take messages for a while, also what the browser says."""
+def _wait(browser: Browser, seconds: float) -> None:
+    """Wait, and take what the browser says meanwhile."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0.0:
-        watch.spin(min(10.0, left))
+        time.sleep(min(10.0, left))
         browser.evaluate("0")
 
 
@@ -200,13 +211,14 @@ def _segments(processes: Processes) -> set[str]:
     return found
 
 
-def _ends(segments: set[str]) -> Row:
-    """Return what is left of the nodes' shared memory after their end."""
+def _ends(statuses: dict[str, int], segments: set[str]) -> Row:
+    """Return how the nodes ended, and what is left of their shared memory."""
     left = sorted(segments & set(os.listdir(SHARED_MEMORY)))
+    failed = {node: status for node, status in statuses.items() if status}
     return Row(
-        "the end of all nodes",
-        len(segments),
-        "no shared memory left behind",
-        f"{len(left)} of {len(segments)} left" + (f": {', '.join(left)}" if left else ""),
-        not left and bool(segments),
+        "SIGTERM to all nodes",
+        len(statuses),
+        "status 0 within 10 s, no shared memory left behind",
+        f"{len(failed)} others {failed or ''}; {len(left)} of {len(segments)} left {left or ''}",
+        not failed and not left and bool(segments),
     )
