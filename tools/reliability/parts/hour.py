@@ -68,11 +68,11 @@ def rows(effort: Effort) -> Iterator[Row]:
             with Browser(Path(name) / "profile") as browser:
                 yield from _looks(processes, watch, browser, half)
             segments = _segments(processes) - before
-            yield _ends(processes.close(), segments)
         finally:
             watch.end()
             graph.close()
-            processes.close()
+            statuses = processes.close()
+        yield _ends(statuses, segments)
 
 
 class Watch:
