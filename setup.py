@@ -62,7 +62,9 @@ setup(
     license="Apache-2.0",
     python_requires=">=3.10",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "presets/**/*.yaml", "report/*.html", "dashboard/**/*.js"]},
+    package_data={
+        NAME: ["py.typed", "presets/**/*.yaml", "report/*.html", "report/*.js", "dashboard/**/*.js"]
+    },
     zip_safe=False,
     install_requires=[
         "numpy>=1.26",

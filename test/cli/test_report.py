@@ -130,7 +130,7 @@ def test_several_recordings_one_without_reference_one_too_short_for_spectra(
 
 
 def test_a_missing_package_is_named(bags, tmp_path, monkeypatch, capsys) -> None:
-    monkeypatch.setitem(sys.modules, "bokeh.embed", None)
+    monkeypatch.setitem(sys.modules, "bokeh", None)
     assert main(["report", str(bags[1]), *FILTERS[:2], "-o", str(tmp_path / "made")]) == 1
     assert "a report needs bokeh: pip install" in capsys.readouterr().err
 

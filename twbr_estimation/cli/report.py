@@ -24,7 +24,7 @@ from ..printing.text import say
 from ..report.data import collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
-from ..report.traces import styles_of, traces_of
+from ..report.traces import traces_of
 from .arguments import add_request, finish_compiling, request_of
 from .many import add_many, carried_out, is_single, print_failures
 
@@ -69,13 +69,13 @@ def run(arguments: argparse.Namespace) -> int:
             reports.append(collect(request.runs(bag, reference=False)))
             progress.advance(task)
         progress.update(task, description="rendering the page")
-        text = render(reports, shlex.join(["twbr", *sys.argv[1:]]), request.options)
+        traces = traces_of(reports)
+        text = render(reports, traces, shlex.join(["twbr", *sys.argv[1:]]), request.options)
         progress.advance(task)
         write_text(page, text)
-        for report, picture in zip(reports, pictures, strict=True):
+        for report, lines, picture in zip(reports, traces, pictures, strict=True):
             progress.update(task, description=f"drawing {escape(str(picture))}")
-            traces = traces_of(report, styles_of(reports))
-            tilt_picture(traces, title_of(report), picture)
+            tilt_picture(lines, title_of(report), picture)
             progress.advance(task)
     finish_compiling(request, console)
     for path in (page, *pictures):

@@ -16,7 +16,7 @@ from ..drives.request import RunRequest
 from ..report.data import RecordingReport, collect
 from ..report.page import render
 from ..report.pictures import tilt_picture
-from ..report.traces import styles_of, traces_of
+from ..report.traces import traces_of
 from .digests import digest_of_folder
 from .jobs import Job
 from .series import Failure
@@ -61,8 +61,9 @@ class Reporting(Job):
         name = folder_of(place)
         report = collect(runs)
         target = self.folder / name
-        write_text(target / PAGE, render([report], self.command, self.request.options))
-        traces = traces_of(report, styles_of([report]))
+        (traces,) = traces_of([report])
+        page = render([report], [traces], self.command, self.request.options)
+        write_text(target / PAGE, page)
         tilt_picture(traces, title_of(report), target / PICTURE)
         score = runs.score
         figures = {} if score is None else score.estimators

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
 from enum import Enum
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +22,16 @@ from ..printing.text import counted
 from ..scoring.figure_table import FIGURES
 from ..scoring.score import ScoringOptions, mean_over
 from .data import RAW, RecordingReport
-from .plotting_packages import import_bokeh
-from .traces import REFERENCE, Trace, styles_of, traces_of
+from .plots import Columns, histogram_plot, spectrum_plot, time_plots
+from .traces import REFERENCE, Trace
 
 POINTS = 12_000
 """Points of a line when there is one recording; several share them."""
 FEWEST_POINTS = 3_000
+FOLDER = Path(__file__).parent
 TEMPLATE = "page.html"
+SCRIPTS = ("bokeh.min.js", "bokeh-api.min.js")
+"""Of BokehJS; the second makes plots without Python's classes."""
 _PACKAGES = ("numpy", "scipy", "numba", "bokeh")
 _YEAR_2000 = 946_684_800_000_000_000
 
@@ -43,46 +47,40 @@ class TableRow:
     cells: tuple[str, ...]
 
 
-def render(reports: Sequence[RecordingReport], command: str, options: ScoringOptions) -> str:
+def render(
+    reports: Sequence[RecordingReport],
+    traces: Sequence[Sequence[Trace]],
+    command: str,
+    options: ScoringOptions,
+) -> str:
     """Return the page.
 
     Args:
         reports: one for each recording, at least one.
+        traces: the lines of each.
         command: the command line that made it.
         options: how estimates were compared with the reference.
 
     Raises:
-        ConfigurationError: Bokeh is missing.
+        ConfigurationError: Bokeh or Jinja is missing.
     """
-    try:
-        import_bokeh()
-        from bokeh.embed import components
-        from bokeh.resources import Resources
-        from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    except ImportError as error:
-        raise ConfigurationError(
-            "a report needs bokeh: pip install 'twbr_estimation[report]'"
-        ) from error
+    library = bokeh_scripts()
     points = max(FEWEST_POINTS, POINTS // len(reports))
-    styles = styles_of(reports)
+    columns = Columns()
     sections = [
-        _section(report, f"r{index}", traces_of(report, styles), points)
-        for index, report in enumerate(reports)
+        _section(report, f"r{index}", lines, points, columns)
+        for index, (report, lines) in enumerate(zip(reports, traces, strict=True))
     ]
     plots = {
         f"{section['id']}-{kind}": plot
         for section in sections
         for kind, plot in section["plots"].items()
     }
-    script, places = components(plots)
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
-    )
-    return environment.get_template(TEMPLATE).render(
+    return _template().render(
         sections=sections,
-        places=places,
-        script=script,
-        library=Resources(mode="inline", components=["bokeh"], minified=True).render_js(),
+        data={"columns": columns.encoded(), "plots": plots},
+        library=library,
+        drawing=(FOLDER / "plots.js").read_text(),
         headings=[f"{each.title} [{each.unit}]" for each in FIGURES],
         mean=_mean_rows(reports),
         command=command,
@@ -90,6 +88,35 @@ def render(reports: Sequence[RecordingReport], command: str, options: ScoringOpt
         comparison=_comparison(options),
         made=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
     )
+
+
+def _template() -> Any:
+    try:
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    except ImportError as error:
+        raise missing("jinja2") from error
+    loader = FileSystemLoader(FOLDER)
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # in the given order
+    return environment.get_template(TEMPLATE)
+
+
+def bokeh_scripts() -> list[str]:
+    """Return the scripts that draw plots, as the installed package has them for browsers.
+
+    Raises:
+        ConfigurationError: Bokeh is missing.
+    """
+    found = find_spec("bokeh")
+    if found is None or found.origin is None:
+        raise missing("bokeh")
+    folder = Path(found.origin).parent / "server" / "static" / "js"
+    return [(folder / name).read_text(encoding="utf-8") for name in SCRIPTS]
+
+
+def missing(package: str) -> ConfigurationError:
+    """Return the error of a package that a report needs."""
+    return ConfigurationError(f"a report needs {package}: pip install 'twbr_estimation[report]'")
 
 
 def versions() -> dict[str, str]:
@@ -104,15 +131,17 @@ def versions() -> dict[str, str]:
 
 
 def _section(
-    report: RecordingReport, identifier: str, traces: Sequence[Trace], points: int
+    report: RecordingReport,
+    identifier: str,
+    traces: Sequence[Trace],
+    points: int,
+    columns: Columns,
 ) -> dict[str, Any]:
-    from .plots import histogram_plot, spectrum_plot, time_plots
-
-    plots = time_plots(traces, points, identifier)
+    plots = time_plots(traces, points, identifier, columns)
     if any(trace.error.size for trace in traces):
-        plots["histogram"] = histogram_plot(traces, identifier)
+        plots["histogram"] = histogram_plot(traces, identifier, columns)
     if report.motion is not None:
-        plots["spectrum"] = spectrum_plot(report.motion, traces, identifier)
+        plots["spectrum"] = spectrum_plot(report.motion, traces, identifier, columns)
     return {
         "id": identifier,
         "source": report.runs.recording.source,

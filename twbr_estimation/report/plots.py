@@ -1,23 +1,16 @@
-"""Interactive plots, drawn by Bokeh in the reader's browser."""
+"""Interactive plots, described for BokehJS, which draws them in the reader's browser.
+
+`plots.js` makes them of these descriptions. Bokeh's classes in Python would do the same at the
+price of their import and of hundreds of objects, which takes longer than all else in a report.
+"""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from bokeh.models import (
-    BoxZoomTool,
-    ColumnDataSource,
-    DataRange1d,
-    Line,
-    PanTool,
-    ResetTool,
-    SaveTool,
-    WheelZoomTool,
-)
-from bokeh.models.renderers import GlyphRenderer
-from bokeh.plotting import figure
 
 from ..noise.analysis import MotionSpectra
 from ..recording import FloatArray
@@ -30,54 +23,72 @@ BINS = 120
 SPECTRUM_POINTS = 3_000
 TILT_HEIGHT, OTHER_HEIGHT = 360, 280
 """[px]."""
+PATTERNS = {"solid": [], "dashed": [6], "dotted": [2, 4], "dashdot": [6, 4, 2, 4]}
+"""Lengths of strokes and gaps [px]."""
+Plot = dict[str, Any]
+"""Options of `Bokeh.Plotting.figure`, and what `plots.js` reads: zoom, lines, legend."""
 
 
-def time_plots(traces: Sequence[Trace], points: int, name: str) -> dict[str, figure]:
+class Columns:
+    """Values of all lines of a page; lines with the same times share them."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._places: dict[bytes, int] = {}
+
+    def place(self, values: FloatArray) -> int:
+        """Add values in single precision: seven digits are more than a screen shows."""
+        content = np.asarray(values, dtype="<f4").tobytes()
+        return self._places.setdefault(content, len(self._places))
+
+    def encoded(self) -> list[str]:
+        """Return each column's bytes in base64."""
+        return [base64.b64encode(content).decode("ascii") for content in self._places]
+
+
+def time_plots(
+    traces: Sequence[Trace], points: int, name: str, columns: Columns
+) -> dict[str, Plot]:
     """Return tilt and, where there is a reference, error over time, with one time axis.
 
     Args:
         traces: what to draw, the front last.
         points: about how many points a line may have.
         name: of the recording, which the page's switches ask for.
+        columns: where the values go.
     """
-    tilt = _figure(name, "time [s]", "tilt [deg]", height=TILT_HEIGHT)
-    for trace in traces:
-        _line(tilt, trace, trace.times, trace.tilt, points)
-    if not any(trace.error.size for trace in traces):
+    tilt = _plot(name, "time [s]", "tilt [deg]", height=TILT_HEIGHT)
+    tilt["lines"] = [_line(columns, each, each.times, each.tilt, points) for each in traces]
+    scored = [trace for trace in traces if trace.error.size]
+    if not scored:
         return {"tilt": tilt}
-    error = _figure(name, "time [s]", "error [deg]", x_range=tilt.x_range)
-    for trace in traces:
-        if trace.error.size:
-            _line(error, trace, trace.error_times, trace.error, points)
+    error = _plot(name, "time [s]", "error [deg]", x_range_of=f"{name}-tilt")
+    error["lines"] = [_line(columns, each, each.error_times, each.error, points) for each in scored]
     return {"tilt": tilt, "error": error}
 
 
-def histogram_plot(traces: Sequence[Trace], name: str) -> figure:
+def histogram_plot(traces: Sequence[Trace], name: str, columns: Columns) -> Plot:
     """Return the distribution of the errors of each estimator."""
-    plot = _figure(name, "error [deg]", "share of the samples per deg", zoom="both")
+    plot = _plot(name, "error [deg]", "share of the samples per deg", zoom="both")
     scored = [trace for trace in traces if trace.error.size]
     visible = [trace.error for trace in scored if trace.visible] or [scored[-1].error]
     # Rare impacts must not flatten everything else; the outer bins take all beyond them.
     limit = max(1e-3, max(float(np.quantile(np.abs(error), 0.995)) for error in visible))
     edges = np.linspace(-limit, limit, BINS + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
     for trace in scored:
         inside = np.clip(trace.error, -limit, limit)
-        density, _ = np.histogram(inside, edges, density=True)
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        _line(plot, trace, middle, density, middle.size)
+        density, _ = np.histogram(inside, BINS, (-limit, limit), density=True)
+        plot["lines"].append(_line(columns, trace, middle, density, middle.size))
     return plot
 
 
-def spectrum_plot(motion: MotionSpectra, traces: Sequence[Trace], name: str) -> figure:
+def spectrum_plot(
+    motion: MotionSpectra, traces: Sequence[Trace], name: str, columns: Columns
+) -> Plot:
     """Return the spectra of Laddach 2022, Fig. 11, and those of the estimators' errors."""
-    plot = _figure(
-        name,
-        "frequency [Hz]",
-        "power density [deg²/Hz]",
-        zoom="both",
-        x_axis_type="log",
-        y_axis_type="log",
-    )
+    logarithmic = {"x_axis_type": "log", "y_axis_type": "log"}
+    plot = _plot(name, "frequency [Hz]", "power density [deg²/Hz]", zoom="both", **logarithmic)
     curves = [
         ("raw angle error", motion.raw.spectrum, ERROR_COLOURS[0], "dashed"),
         ("corrected angle error", motion.corrected.spectrum, ERROR_COLOURS[1], "solid"),
@@ -87,64 +98,38 @@ def spectrum_plot(motion: MotionSpectra, traces: Sequence[Trace], name: str) -> 
     for trace in traces:
         estimated = error_spectrum(trace)
         if estimated is not None and trace.name != RAW:
-            _line(plot, trace, estimated.frequency[1:], estimated.density[1:], SPECTRUM_POINTS)
-    for label, entry, colour, dash in curves:
-        plot.line(
-            _compact(entry.frequency[1:]),
-            _compact(entry.density[1:]),
-            line_color=colour,
-            line_dash=dash,
-            line_width=2.0,
-            legend_label=label,
-        )
-    plot.legend.location = "bottom_left"
-    plot.legend.background_fill_alpha = 0.7
+            frequency, density = estimated.frequency[1:], estimated.density[1:]
+            plot["lines"].append(_line(columns, trace, frequency, density, SPECTRUM_POINTS))
+    plot["legend"] = [
+        {
+            "label": label,
+            "x": columns.place(entry.frequency[1:]),
+            "y": columns.place(entry.density[1:]),
+            "style": _style(colour, dash, 2.0),
+        }
+        for label, entry, colour, dash in curves
+    ]
     return plot
 
 
-def _figure(
-    name: str, x_label: str, y_label: str, zoom: Literal["width", "both"] = "width", **options: Any
-) -> figure:
-    """Return an empty plot as wide as the page; on touch screens a drag scrolls the page."""
-    box = BoxZoomTool(dimensions=zoom)
-    tools = [PanTool(dimensions=zoom), box, WheelZoomTool(dimensions=zoom), ResetTool(), SaveTool()]
-    plot = figure(
-        name=name,
-        x_axis_label=x_label,
-        y_axis_label=y_label,
-        tools=tools,
-        active_drag=box,
-        active_scroll=None,
-        sizing_mode="stretch_width",
-        toolbar_location="above",
-        output_backend="canvas",
-        **{"height": OTHER_HEIGHT, **options},
-    )
-    plot.toolbar.logo = None
-    if isinstance(plot.y_range, DataRange1d):
-        plot.y_range.only_visible = True
-    plot.axis.axis_label_text_font_style = "normal"
-    return plot
+def _plot(name: str, x_label: str, y_label: str, zoom: str = "width", **options: Any) -> Plot:
+    """Return an empty plot."""
+    labels = {"x_axis_label": x_label, "y_axis_label": y_label}
+    common = {"name": name, "height": OTHER_HEIGHT, **labels, **options}
+    return {"zoom": zoom, "options": common, "lines": [], "legend": []}
 
 
-def _line(plot: figure, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> None:
+def _line(columns: Columns, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> Plot:
     fewer_x, fewer_y = thinned(x, y, points)
-    source = ColumnDataSource({"x": _compact(fewer_x), "y": _compact(fewer_y)})
     width = 2.0 if trace.name == REFERENCE else 1.5
-    line = Line(x="x", y="y", line_color=trace.colour, line_dash=trace.dash, line_width=width)
-    # `plot.line` adds two more glyphs to each line, for selecting and muting, which no tool does.
-    plot.renderers.append(
-        GlyphRenderer(
-            data_source=source,
-            glyph=line,
-            nonselection_glyph=None,
-            muted_glyph=None,
-            name=trace.name,
-            visible=trace.visible,
-        )
-    )
+    return {
+        "name": trace.name,
+        "visible": trace.visible,
+        "x": columns.place(fewer_x),
+        "y": columns.place(fewer_y),
+        "style": _style(trace.colour, trace.dash, width),
+    }
 
 
-def _compact(values: FloatArray) -> Any:
-    """Return single precision: seven digits are more than a screen shows."""
-    return np.asarray(values, dtype=np.float32)
+def _style(colour: str, dash: str, width: float) -> Plot:
+    return {"line_color": colour, "line_dash": PATTERNS[dash], "line_width": width}

@@ -37,23 +37,24 @@ class Trace:
     """Estimate minus reference [deg], (m,); empty where it is not known."""
 
 
-Styles = Mapping[str, tuple[str, str]]
+_Styles = Mapping[str, tuple[str, str]]
 """Colour and dash by name of the estimator."""
 
 
-def styles_of(reports: Sequence[RecordingReport]) -> Styles:
+def traces_of(reports: Sequence[RecordingReport]) -> list[list[Trace]]:
+    """Return raw angle, estimators and reference of each recording, those in front last."""
+    styles = _styles_of(reports)
+    return [list(_traces(report, styles)) for report in reports]
+
+
+def _styles_of(reports: Sequence[RecordingReport]) -> _Styles:
     """Return one look for each estimator of all recordings; those shown unasked differ most."""
     shown = [name for report in reports for name in report.shown]
     names = dict.fromkeys([*shown, *(name for report in reports for name in report.ranked)])
     return {name: style_of(index) for index, name in enumerate(names)}
 
 
-def traces_of(report: RecordingReport, styles: Styles) -> list[Trace]:
-    """Return raw angle, estimators and reference, those in front last."""
-    return list(_traces(report, styles))
-
-
-def _traces(report: RecordingReport, styles: Styles) -> Iterator[Trace]:
+def _traces(report: RecordingReport, styles: _Styles) -> Iterator[Trace]:
     done = report.runs
     reference, association = done.recording.reference, done.compared.association
     options = done.compared.options
