@@ -22,7 +22,7 @@ from ..printing.text import counted
 from ..scoring.figure_table import FIGURES
 from ..scoring.score import ScoringOptions, mean_over
 from .data import RAW, RecordingReport
-from .plots import Columns, histogram_plot, spectrum_plot, time_plots
+from .plots import LineValues, histogram_plot, spectrum_plot, time_plots
 from .traces import REFERENCE, Trace
 
 POINTS = 12_000
@@ -66,7 +66,7 @@ def render(
     """
     library = bokeh_scripts()
     points = max(FEWEST_POINTS, POINTS // len(reports))
-    columns = Columns()
+    columns = LineValues()
     sections = [
         _section(report, f"r{index}", lines, points, columns)
         for index, (report, lines) in enumerate(zip(reports, traces, strict=True))
@@ -76,7 +76,7 @@ def render(
         for section in sections
         for kind, plot in section["plots"].items()
     }
-    return _template().render(
+    text: str = _template().render(
         sections=sections,
         data={"columns": columns.encoded(), "plots": plots},
         library=library,
@@ -88,6 +88,7 @@ def render(
         comparison=_comparison(options),
         made=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
     )
+    return text
 
 
 def _template() -> Any:
@@ -135,7 +136,7 @@ def _section(
     identifier: str,
     traces: Sequence[Trace],
     points: int,
-    columns: Columns,
+    columns: LineValues,
 ) -> dict[str, Any]:
     plots = time_plots(traces, points, identifier, columns)
     if any(trace.error.size for trace in traces):

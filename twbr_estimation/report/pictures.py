@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -20,7 +21,8 @@ from .traces import Trace
 
 PICTURE_POINTS = 8_000
 """Points of a line in a picture."""
-
+_PACKED = {"compress_type": zlib.Z_RLE}
+"""Runs of equal pixels alone: of a drawing both quicker and smaller than the usual search."""
 
 MARGINS = {"left": 0.065, "right": 0.985, "top": 0.94, "bottom": 0.08, "hspace": 0.13}
 """Of the picture of the tilt, as shares of it; to fit them to each picture takes longer than it."""
@@ -52,7 +54,7 @@ def save(figure: Any, path: Path) -> None:
         WritingError: the file cannot be written.
     """
     content = BytesIO()
-    figure.savefig(content, format="png", dpi=150)
+    figure.savefig(content, format="png", dpi=150, pil_kwargs=_PACKED)
     write_bytes(path, content.getvalue())
 
 

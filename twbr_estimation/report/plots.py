@@ -29,7 +29,7 @@ Plot = dict[str, Any]
 """Options of `Bokeh.Plotting.figure`, and what `plots.js` reads: zoom, lines, legend."""
 
 
-class Columns:
+class LineValues:
     """Values of all lines of a page; lines with the same times share them."""
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class Columns:
 
 
 def time_plots(
-    traces: Sequence[Trace], points: int, name: str, columns: Columns
+    traces: Sequence[Trace], points: int, name: str, columns: LineValues
 ) -> dict[str, Plot]:
     """Return tilt and, where there is a reference, error over time, with one time axis.
 
@@ -67,7 +67,7 @@ def time_plots(
     return {"tilt": tilt, "error": error}
 
 
-def histogram_plot(traces: Sequence[Trace], name: str, columns: Columns) -> Plot:
+def histogram_plot(traces: Sequence[Trace], name: str, columns: LineValues) -> Plot:
     """Return the distribution of the errors of each estimator."""
     plot = _plot(name, "error [deg]", "share of the samples per deg", zoom="both")
     scored = [trace for trace in traces if trace.error.size]
@@ -84,7 +84,7 @@ def histogram_plot(traces: Sequence[Trace], name: str, columns: Columns) -> Plot
 
 
 def spectrum_plot(
-    motion: MotionSpectra, traces: Sequence[Trace], name: str, columns: Columns
+    motion: MotionSpectra, traces: Sequence[Trace], name: str, columns: LineValues
 ) -> Plot:
     """Return the spectra of Laddach 2022, Fig. 11, and those of the estimators' errors."""
     logarithmic = {"x_axis_type": "log", "y_axis_type": "log"}
@@ -119,7 +119,7 @@ def _plot(name: str, x_label: str, y_label: str, zoom: str = "width", **options:
     return {"zoom": zoom, "options": common, "lines": [], "legend": []}
 
 
-def _line(columns: Columns, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> Plot:
+def _line(columns: LineValues, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> Plot:
     fewer_x, fewer_y = thinned(x, y, points)
     width = 2.0 if trace.name == REFERENCE else 1.5
     return {
