@@ -3,11 +3,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
 
 from twbr_estimation.filters.base import Parameter
 from twbr_estimation.parameters.bounds import Bounds
-from twbr_estimation.tuning.search import SearchAxis, search
+from twbr_estimation.tuning.axis import SearchAxis
+from twbr_estimation.tuning.merit import USELESS, Merit
+from twbr_estimation.tuning.search import search, spread_evenly
 
 WIDE = {
     "gain": Parameter("gain", 0.1, Bounds(-5.0, 5.0, "1", "signed")),
@@ -15,10 +18,14 @@ WIDE = {
 }
 
 
-def two_valleys(values: Mapping[str, float]) -> float:
+def merit(*errors: float) -> Merit:
+    return Merit(math.fsum(error * error for error in errors), np.array(errors))
+
+
+def two_valleys(values: Mapping[str, float]) -> Merit:
     """Deepest at gain 3, noise 1e-5; a shallower valley at gain -0.5 catches a local search."""
     gain = min(0.1 * (values["gain"] - 3.0) ** 2, 0.2 + 4.0 * (values["gain"] + 0.5) ** 2)
-    return gain + math.log10(values["noise"] / 1e-5) ** 2
+    return merit(math.sqrt(gain), math.log10(values["noise"] / 1e-5))
 
 
 def test_the_deeper_of_two_valleys_is_found_over_decades() -> None:
@@ -33,33 +40,62 @@ def test_the_same_seed_finds_the_same() -> None:
 
 
 def test_settings_that_diverge_are_avoided() -> None:
-    found = search(WIDE, lambda v: math.inf if v["gain"] > 0.0 else two_valleys(v))
+    found = search(WIDE, lambda v: USELESS if v["gain"] > 0.0 else two_valleys(v))
     assert found.values["gain"] == pytest.approx(-0.5, abs=0.02)
 
 
 def test_nothing_to_search_is_one_evaluation() -> None:
-    found = search({}, lambda values: 7.0)
+    found = search({}, lambda values: Merit(7.0, np.zeros(0)))
     assert (found.values, found.figure, found.evaluations) == ({}, 7.0, 1)
 
 
 MANY = {f"p{index}": Parameter(f"p{index}", 1.0, Bounds(0.0, 9.0, "1", "")) for index in range(6)}
 
 
-def bowl(values: Mapping[str, float]) -> float:
-    return sum((value - 0.8) ** 2 for value in values.values())
+def bowl(values: Mapping[str, float]) -> Merit:
+    return merit(*(value - 0.8 for value in values.values()))
 
 
 def test_many_parameters_are_refined_by_a_few_steps_unless_thoroughly() -> None:
     quick, thorough = (search(MANY, bowl, thorough=flag) for flag in (False, True))
-    assert quick.evaluations < 100 < thorough.evaluations
-    assert thorough.figure < 1e-3 < quick.figure < 0.5 * bowl(dict.fromkeys(MANY, 1.0))
+    assert quick.evaluations < 60 < 300 < thorough.evaluations
+    assert thorough.figure < 1e-6 < quick.figure < 0.5 * bowl(dict.fromkeys(MANY, 1.0)).figure
+
+
+def test_a_valley_far_from_every_start_is_found_thoroughly_only() -> None:
+    def far(values: Mapping[str, float]) -> Merit:
+        near_start = merit(0.1, *(value - 1.0 for value in values.values()))
+        elsewhere = merit(*(0.3 * (value - 5.0) for value in values.values()))
+        return min(near_start, elsewhere, key=lambda each: each.figure)
+
+    quick, thorough = (search(MANY, far, thorough=flag) for flag in (False, True))
+    assert quick.figure > 0.0099
+    assert thorough.figure < 1e-6
+
+
+def test_a_kink_that_slopes_do_not_show_is_searched_by_the_simplex() -> None:
+    def kinked(values: Mapping[str, float]) -> Merit:
+        gain, noise = values["gain"] - 1.3, math.log10(values["noise"])
+        figure = 1.0 + abs(gain) + abs(noise + 0.5 * gain)
+        return Merit(figure, np.array([1.0, 0.0]))  # the errors say that nothing matters
+
+    found = search(WIDE, kinked)
+    assert found.figure < 1.001
+
+
+def test_points_are_spread_evenly() -> None:
+    points = spread_evenly(256, np.array([0.3, 0.8]))
+    cells = np.floor(8.0 * points).astype(int)
+    counts = np.bincount(8 * cells[:, 0] + cells[:, 1], minlength=64)
+    assert counts.sum() == 256
+    assert 2 <= counts.min() and counts.max() <= 6, "4 of 256 points lie in each of 64 cells"
 
 
 def test_progress_is_called_for_every_evaluation_and_may_stop() -> None:
     heard: list[float] = []
 
     def watch(best: float, values: Mapping[str, float]) -> None:
-        assert two_valleys(values) == best
+        assert two_valleys(values).figure == best
         heard.append(best)
         if len(heard) == 30:
             raise KeyboardInterrupt

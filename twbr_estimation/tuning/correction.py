@@ -11,8 +11,10 @@ import numpy as np
 from ..batch import correct
 from ..filters.base import Parameter
 from ..parameters.bounds import Bounds
+from ..recording import FloatArray
 from ..robot import CorrectionSettings
-from .objective import TuningSet
+from .merit import Merit, merit_of
+from .objective import Objective, TuningSet
 from .search import Progress, SearchResult, no_progress, search
 
 LARGEST_TIME_CONSTANT = 1.0
@@ -53,10 +55,10 @@ def tune_correction(
         for name, value in start.items()
     }
 
-    def mse(values: Mapping[str, float]) -> float:
-        return corrected_mse(sets, _changed(base, values))
+    def judge(values: Mapping[str, float]) -> Merit:
+        return _merit(sets, _changed(base, values))
 
-    latest = SearchResult(start, mse(start), 1)
+    latest = SearchResult(start, judge(start).figure, 1)
 
     def watch(best: float, values: Mapping[str, float]) -> None:
         nonlocal latest
@@ -65,7 +67,7 @@ def tune_correction(
 
     interrupted = False
     try:
-        latest = search(parameters, mse, [start], seed, watch)
+        latest = search(parameters, judge, [start], seed, watch)
     except KeyboardInterrupt:
         interrupted = True
     dt = float(np.mean([each.dt for each in sets]))
@@ -86,11 +88,14 @@ def raw_mse(sets: Sequence[TuningSet]) -> float:
 
 def corrected_mse(sets: Sequence[TuningSet], settings: CorrectionSettings) -> float:
     """Return the MSE of the corrected angle, mean over recordings [deg^2]."""
-    figures = []
-    for each in sets:
-        angle = correct(each.samples, replace(each.setup, correction=settings)).field("angle")
-        figures.append(float(np.mean(np.square(np.degrees(each.errors(angle[each.known]))))))
-    return float(np.mean(figures))
+    return _merit(sets, settings).figure
+
+
+def _merit(sets: Sequence[TuningSet], settings: CorrectionSettings) -> Merit:
+    def angle_of(each: TuningSet) -> FloatArray:
+        return correct(each.samples, replace(each.setup, correction=settings)).field("angle")
+
+    return merit_of(sets, angle_of, Objective())
 
 
 def _changed(base: CorrectionSettings, values: Mapping[str, float]) -> CorrectionSettings:

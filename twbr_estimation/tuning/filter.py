@@ -12,8 +12,10 @@ import numpy as np
 
 from ..batch import run_filter
 from ..filters.base import Filter, Parameter, filter_named
+from ..recording import FloatArray
+from .merit import USELESS, Merit, merit_of
 from .objective import Objective, TuningSet
-from .search import Figure, Progress, no_progress, search, tunable
+from .search import Judge, Progress, no_progress, search, tunable
 from .warnings import error_moduli, warnings_for
 
 FORGET_WITHIN = 60.0
@@ -81,9 +83,9 @@ def tune_filter(task: TuningTask, name: str, progress: Progress = no_progress) -
     parameters = tunable(entry)
     defaults = {each.name: each.default for each in parameters.values()}
     starts = [defaults, *({**defaults, **_only(s, parameters)} for s in task.starts.get(name, ()))]
-    figure = _figure(entry, task)
-    found = search(parameters, figure, starts, task.seed, progress, task.thorough)
-    return judged(task, name, found.values, figure=figure)
+    judge = _judge(entry, task)
+    found = search(parameters, judge, starts, task.seed, progress, task.thorough)
+    return judged(task, name, found.values, judge=judge)
 
 
 def judged(
@@ -91,24 +93,24 @@ def judged(
     name: str,
     values: Mapping[str, float],
     interrupted: bool = False,
-    figure: Figure | None = None,
+    judge: Judge | None = None,
 ) -> TunedFilter:
     """Return the figures and warnings of a filter with the values that a search found.
 
-    `figure`, where given, is what the search made small; it remembers.
+    `judge`, where given, is what the search asked; it remembers.
     """
     entry = filter_named(name)
     values = entry.configure(values)._asdict()
     training = mean_square_error(entry, values, task.training)
     verified = mean_square_error(entry, values, task.verification) if task.verification else None
-    dt = task.training[0].dt
+    dt, asked = task.training[0].dt, judge or _judge(entry, task)
     return TunedFilter(
         name,
         values,
         training,
         verified,
         error_moduli(entry, values, dt),
-        warnings_for(entry, values, dt, training, verified, figure or _figure(entry, task)),
+        warnings_for(entry, values, dt, training, verified, lambda each: asked(each).figure),
         interrupted,
     )
 
@@ -117,17 +119,17 @@ def mean_square_error(
     entry: Filter, values: Mapping[str, float], sets: Sequence[TuningSet]
 ) -> float:
     """Return the MSE of a filter, averaged over recordings [deg^2]."""
-    return _mean_figure(entry, entry.configure(values), sets, Objective())
+    return _merit(entry, entry.configure(values), sets, Objective()).figure
 
 
-def _figure(entry: Filter, task: TuningTask) -> Figure:
+def _judge(entry: Filter, task: TuningTask) -> Judge:
     @cache
-    def figure_of(parameters: Any) -> float:  # searches come back to the best, and warnings do
+    def judged_before(parameters: Any) -> Merit:  # searches come back to the best, and warnings do
         if not _forgets(entry, parameters, task.training[0].dt):
-            return math.inf
-        return _mean_figure(entry, parameters, task.training, task.objective)
+            return USELESS
+        return _merit(entry, parameters, task.training, task.objective)
 
-    return lambda values: figure_of(entry.configure(values))
+    return lambda values: judged_before(entry.configure(values))
 
 
 def _forgets(entry: Filter, parameters: Any, dt: float) -> bool:
@@ -140,14 +142,13 @@ def _forgets(entry: Filter, parameters: Any, dt: float) -> bool:
     return bool(abs(later[0, 0]) < math.exp(-1.0))
 
 
-def _mean_figure(
+def _merit(
     entry: Filter, parameters: Any, sets: Sequence[TuningSet], objective: Objective
-) -> float:
-    figures = []
-    for each in sets:
-        tilt = run_filter(entry, parameters, each.corrected, each.setup.robot).tilt[each.known]
-        figures.append(objective.value(each.errors(tilt), tilt, each.slope, each.dt, each.joined))
-    return float(np.mean(figures))
+) -> Merit:
+    def tilt_of(each: TuningSet) -> FloatArray:
+        return run_filter(entry, parameters, each.corrected, each.setup.robot).tilt
+
+    return merit_of(sets, tilt_of, objective)
 
 
 def _only(start: Mapping[str, float], parameters: Mapping[str, Parameter]) -> dict[str, float]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,7 @@ SLOPE_HALF_WIDTH = 0.01
 LONGEST_STEP = 1.5
 """Samples further apart than this many usual periods have a hole between them."""
 _WEIGHTS = {"delay": 0.01, "roughness": 1e-4}
+_DEGREES_SQUARED = math.degrees(1.0) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,18 @@ class Objective:
         dt: float,
         joined: BoolArray | None = None,
     ) -> float:
-        """Return the figure for one recording [deg^2].
+        """Return the figure for one recording [deg^2]; see `parts`."""
+        return figure_of(self.parts(error, tilt, slope, dt, joined))
+
+    def parts(
+        self,
+        error: FloatArray,
+        tilt: FloatArray,
+        slope: FloatArray,
+        dt: float,
+        joined: BoolArray | None = None,
+    ) -> list[Part]:
+        """Return what the figure is made of: mean squares [deg^2].
 
         Args:
             error: estimate minus reference [rad], (n,).
@@ -80,19 +94,32 @@ class Objective:
             joined: which steps from one value to the next are a single period, (n - 1,); all by
                 default. The others lie across a hole and are no roughness.
         """
-        # No dot products: the linear algebra library's threads cost more than they save here.
-        with np.errstate(over="ignore"):  # of what diverges
-            figure = float(np.mean(np.square(error)))
+        found = [Part(error, _DEGREES_SQUARED)]
         if self.roughness_weight > 0.0:
             rough = np.diff(tilt) / dt - 0.5 * (slope[1:] + slope[:-1])
             kept = rough if joined is None else rough[joined]
-            figure += self.roughness_weight * float(np.mean(np.square(kept))) if kept.size else 0.0
-        figure *= np.degrees(1.0) ** 2
+            if kept.size:
+                found.append(Part(kept, self.roughness_weight * _DEGREES_SQUARED))
         if self.delay_weight > 0.0:
             power = float(np.sum(np.square(slope)))
             delay_ms = -1e3 * float(np.sum(error * slope)) / power if power > 0.0 else 0.0
-            figure += self.delay_weight * delay_ms**2
-        return float(figure)
+            found.append(Part(np.array([delay_ms]), self.delay_weight))
+        return found
+
+
+class Part(NamedTuple):
+    """A mean of squares in a figure."""
+
+    errors: FloatArray
+    weight: float
+    """Of the mean of their squares."""
+
+
+def figure_of(parts: Sequence[Part]) -> float:
+    """Return the figure that parts add up to."""
+    # No dot products: the linear algebra library's threads cost more than they save here.
+    with np.errstate(over="ignore"):  # of what diverges
+        return math.fsum(weight * float(np.mean(np.square(each))) for each, weight in parts)
 
 
 @dataclass(frozen=True, slots=True)

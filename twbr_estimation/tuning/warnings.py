@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ..checks.readings import NOTEWORTHY_SATURATION
 from ..errors import ConfigurationError
 from ..filters.base import Filter
 from .objective import TuningSet
-from .search import Figure, tunable
+from .search import tunable
+
+Figure = Callable[[Mapping[str, float]], float]
 
 OVER_FIT = 2.0
 """A verification figure this many times the training figure is called over-fit."""
