@@ -157,7 +157,10 @@ def _digest(name: str, body: bytes) -> bytes:
 
 
 def object_code(
-    run: Callable[..., None], shapes: Mapping[str, str], counts: Sequence[str] = ()
+    run: Callable[..., None],
+    shapes: Mapping[str, str],
+    counts: Sequence[str] = (),
+    inlined: Sequence[Callable[..., Any]] = (),
 ) -> tuple[bytes, str]:
     """Compile a function of arrays to an object file that needs no numba to be loaded.
 
@@ -165,11 +168,15 @@ def object_code(
         run: takes whole numbers, then arrays of doubles, and changes what these hold.
         shapes: of each array, by its name; written as Python, and may use the counts.
         counts: names of the whole numbers.
+        inlined: functions whose code stands in place of their calls. A call copies arguments and
+            result, which for a large record costs as much as what is computed of it.
 
     Returns:
         The object file, and the name of a function in it that takes the counts and a pointer to
         each array.
     """
+    for function in inlined:
+        _let_compile(function, forceinline=True)
     _let_compile(run)
     arrays = [f"carray({name}, ({shape},))" for name, shape in shapes.items()]
     compiler: Any = numba  # its types leave out what is needed here
@@ -213,8 +220,8 @@ def _delete_others(folder: Path, prefix: str, version: str) -> None:
 _COMPILABLE: set[FunctionType] = set()
 
 
-def _let_compile(function: Any) -> None:
-    """Allow compiled code to call `function` and the plain functions it calls in turn.
+def _let_compile(function: Any, forceinline: bool = False) -> None:
+    """Allow compiled code to call `function`, in place or not, and what it calls in turn.
 
     A function marked with `filters.base.compiled_as` is compiled in its other spelling.
     """
@@ -228,7 +235,9 @@ def _let_compile(function: Any) -> None:
         if isinstance(called, FunctionType):
             _let_compile(called)
 
-    @overload(function, jit_options={"error_model": "numpy"}, strict=False)
+    options: Any = {"error_model": "numpy", "forceinline": forceinline}
+
+    @overload(function, jit_options=options, strict=False)
     def _(*arguments: Any) -> Any:
         del arguments
         return spelled

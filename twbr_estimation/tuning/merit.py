@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..recording import FloatArray
-from .objective import Objective, Part, TuningSet, figure_of
+from .objective import Objective, Term, TuningSet, figure_of
 
 KEPT_ERRORS = 4096
 """Errors of a setting that a search keeps, of all recordings together."""
@@ -41,16 +41,16 @@ def merit_of(
     figures, errors = [], []
     for each in sets:
         tilt = tilt_of(each)[each.known]
-        parts = objective.parts(each.errors(tilt), tilt, each.slope, each.dt, each.joined)
-        figures.append(figure_of(parts))
-        errors += [thinned(part, KEPT_ERRORS // len(sets)) for part in parts]
+        terms = objective.terms(each.errors(tilt), tilt, each.slope, each.dt, each.joined)
+        figures.append(figure_of(terms))
+        errors += [thinned(term, KEPT_ERRORS // len(sets)) for term in terms]
     return Merit(float(np.mean(figures)), np.concatenate(errors) / math.sqrt(len(sets)))
 
 
-def thinned(part: Part, count: int) -> FloatArray:
-    """Return no more than about `count` errors, whose squares add up to about the part's figure.
+def thinned(term: Term, count: int) -> FloatArray:
+    """Return no more than about `count` errors, whose squares add up to about the term's figure.
 
     How they change with a parameter shows the way to a better one; no figure is made of them.
     """
-    kept = part.errors[:: max(part.errors.size // max(count, 1), 1)]
-    return math.sqrt(part.weight / kept.size) * kept
+    kept = term.errors[:: max(term.errors.size // max(count, 1), 1)]
+    return math.sqrt(term.weight / kept.size) * kept

@@ -73,17 +73,17 @@ class Objective:
         dt: float,
         joined: BoolArray | None = None,
     ) -> float:
-        """Return the figure for one recording [deg^2]; see `parts`."""
-        return figure_of(self.parts(error, tilt, slope, dt, joined))
+        """Return the figure for one recording [deg^2]; see `terms`."""
+        return figure_of(self.terms(error, tilt, slope, dt, joined))
 
-    def parts(
+    def terms(
         self,
         error: FloatArray,
         tilt: FloatArray,
         slope: FloatArray,
         dt: float,
         joined: BoolArray | None = None,
-    ) -> list[Part]:
+    ) -> list[Term]:
         """Return what the figure is made of: mean squares [deg^2].
 
         Args:
@@ -94,20 +94,20 @@ class Objective:
             joined: which steps from one value to the next are a single period, (n - 1,); all by
                 default. The others lie across a hole and are no roughness.
         """
-        found = [Part(error, _DEGREES_SQUARED)]
+        found = [Term(error, _DEGREES_SQUARED)]
         if self.roughness_weight > 0.0:
             rough = np.diff(tilt) / dt - 0.5 * (slope[1:] + slope[:-1])
             kept = rough if joined is None else rough[joined]
             if kept.size:
-                found.append(Part(kept, self.roughness_weight * _DEGREES_SQUARED))
+                found.append(Term(kept, self.roughness_weight * _DEGREES_SQUARED))
         if self.delay_weight > 0.0:
             power = float(np.sum(np.square(slope)))
             delay_ms = -1e3 * float(np.sum(error * slope)) / power if power > 0.0 else 0.0
-            found.append(Part(np.array([delay_ms]), self.delay_weight))
+            found.append(Term(np.array([delay_ms]), self.delay_weight))
         return found
 
 
-class Part(NamedTuple):
+class Term(NamedTuple):
     """A mean of squares in a figure."""
 
     errors: FloatArray
@@ -115,11 +115,11 @@ class Part(NamedTuple):
     """Of the mean of their squares."""
 
 
-def figure_of(parts: Sequence[Part]) -> float:
-    """Return the figure that parts add up to."""
+def figure_of(terms: Sequence[Term]) -> float:
+    """Return the figure that terms add up to."""
     # No dot products: the linear algebra library's threads cost more than they save here.
     with np.errstate(over="ignore"):  # of what diverges
-        return math.fsum(weight * float(np.mean(np.square(each))) for each, weight in parts)
+        return math.fsum(weight * float(np.mean(np.square(each))) for each, weight in terms)
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,7 +85,8 @@ class _Search:
     def places(self, values: Mapping[str, float]) -> FloatArray:
         """Return where values lie on the axes, within the bounds."""
         found = np.array([axis.scaled(values[name]) for name, axis in self.axes.items()])
-        return np.clip(found, self.low, self.high)
+        inside: FloatArray = np.clip(found, self.low, self.high)
+        return inside
 
 
 def tunable(entry: Filter) -> dict[str, Parameter]:
