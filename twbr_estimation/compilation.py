@@ -223,7 +223,8 @@ _COMPILABLE: set[FunctionType] = set()
 def _let_compile(function: Any, forceinline: bool = False) -> None:
     """Allow compiled code to call `function`, in place or not, and what it calls in turn.
 
-    A function marked with `filters.base.compiled_as` is compiled in its other spelling.
+    A function marked with `filters.base.compiled_as` is compiled in its other spelling, one marked
+    with `compiled_in_place` in place of its calls.
     """
     if function in _COMPILABLE:
         return
@@ -235,7 +236,8 @@ def _let_compile(function: Any, forceinline: bool = False) -> None:
         if isinstance(called, FunctionType):
             _let_compile(called)
 
-    options: Any = {"error_model": "numpy", "forceinline": forceinline}
+    in_place = forceinline or hasattr(function, "compiled_in_place")
+    options: Any = {"error_model": "numpy", "forceinline": in_place}
 
     @overload(function, jit_options=options, strict=False)
     def _(*arguments: Any) -> Any:

@@ -124,6 +124,16 @@ def compiled_as(loops: Callable[..., Any]) -> Callable[[Function], Function]:
     return mark
 
 
+def compiled_in_place(function: Function) -> Function:
+    """Have the code of a function stand in place of its call where it is compiled.
+
+    A call copies arguments and result, which for a large state costs much. To be used for what one
+    place calls.
+    """
+    function.compiled_in_place = True  # type: ignore[attr-defined]
+    return function
+
+
 def estimate_of(state: Any) -> TiltEstimate:
     """Return the tilt estimate of a filter's state."""
     return TiltEstimate(

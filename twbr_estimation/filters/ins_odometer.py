@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate, is_saturated
-from .base import Filter
+from .base import Filter, compiled_in_place
 from .inertial.adjusted import adjusted
 from .inertial.aiding import (
     FIRST_DISTANCE,
@@ -277,6 +277,7 @@ def _adjusted(
     return adjusted(sample, rate, variance, clip, factor)
 
 
+@compiled_in_place
 def _compared(
     moved: State, unseen: float, still: bool, sample: CorrectedSample, c: Coefficients
 ) -> State:

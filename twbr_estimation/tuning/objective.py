@@ -119,7 +119,7 @@ def figure_of(terms: Sequence[Term]) -> float:
     """Return the figure that terms add up to."""
     # No dot products: the linear algebra library's threads cost more than they save here.
     with np.errstate(over="ignore"):  # of what diverges
-        return math.fsum(weight * float(np.mean(np.square(each))) for each, weight in terms)
+        return sum(weight * float(np.mean(np.square(each))) for each, weight in terms)
 
 
 @dataclass(frozen=True, slots=True)
