@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 
 from twbr_estimation.nodes.controller_node import ControllerNode
 from twbr_estimation.nodes.diagnostics import Level
@@ -37,6 +38,13 @@ def test_a_device_that_cannot_be_opened_is_named(graph: Any) -> None:
     node = graph.add(EncoderNode(**graph.options(counters=["/nowhere/left", "/nowhere/right"])))
     level, message, _ = node.report()
     assert level is Level.STALE and "/nowhere/left" in message
+
+
+def test_a_device_that_cannot_be_opened_is_logged_once(graph: Any, capfd: Any) -> None:
+    reports = graph.collect(DiagnosticArray, "/diagnostics")
+    graph.add(EncoderNode(**graph.options(counters=["/nowhere/left", "/nowhere/right"])))
+    graph.spin_until(lambda: len(reports) >= 2)
+    assert capfd.readouterr().err.count("/nowhere/left") == 1
 
 
 def test_a_node_that_becomes_inactive_is_logged(graph: Any, capfd: Any) -> None:

@@ -123,6 +123,8 @@ class Diagnostics:
         if report.level is self._level:
             return
         self._level = report.level
+        if isinstance(self._node, Guard) and report.message == self._node.failure:
+            return  # logged when it happened
         logger = self._node.get_logger()
         # One call for each level: rclpy ties a severity to the line that logs.
         if report.level in (Level.OK, Level.STALE):  # stale is a node that is not active

@@ -37,6 +37,8 @@ class Guard:
         """Messages that could not be decoded."""
         self.backlog = Backlog()
         """Messages that are dropped where the node cannot keep up."""
+        self.failure = ""
+        """Why the node could not be set up the last time, or lost its device; it is logged then."""
         super().__init__(name, **options)  # type: ignore[call-arg]
 
     def clock_now(self) -> int:

@@ -38,8 +38,6 @@ class ManagedNode(Guard, LifecycleNode):
         """Whether the node is set up: inactive or active."""
         self.is_active = False
         self._active_since = 0.0
-        self.failure = ""
-        """Why the node could not be set up the last time, or lost its device."""
         text = "Configure and activate at the start, and try again while the device is missing."
         declare(self, Declaration("autostart", True, text))
         self._starter = wall_timer(self, RETRY_PERIOD, self._start)
