@@ -17,6 +17,7 @@ def trusted_share(
     corrected: CorrectedTrack,
     track: EstimateTrack,
     valid_stddev: float = VALID_STDDEV,
+    usable: NDArray[np.bool_] | None = None,
 ) -> float:
     """Return the share of estimates that a live stream would call valid.
 
@@ -25,11 +26,14 @@ def trusted_share(
         corrected: n corrected samples.
         track: what the filter made of them.
         valid_stddev: deviation above which a tilt is not trusted [rad].
+        usable: where nothing shows that the sensors contradict each other, (n,); by default all.
 
     Returns:
         From 0 to 1; nan without samples.
     """
     found = trusted(entry, corrected, track, valid_stddev)
+    if usable is not None:
+        found &= usable
     return float(np.mean(found)) if found.size else float("nan")
 
 

@@ -2,7 +2,8 @@
 
 The tilt that the gyro turns is compared with the tilt that the accelerometer shows, in blocks of
 `BLOCK`, over the last `WINDOW`. A robot's own acceleration disturbs the latter, so that only gross
-contradictions count, and a sign only where the length of the force shows that the robot leans.
+contradictions count, and a sign only where the length of the force shows that the robot leans,
+or where the wheels show the acceleration.
 """
 
 from __future__ import annotations
@@ -11,9 +12,14 @@ import math
 from collections import deque
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ..recording import FloatArray
 from ..samples import RESTART_GAP, STANDARD_GRAVITY, CorrectedSample
 from .finding import Finding, Severity
-from .swing import BLOCK, WINDOW, SignWatch
+from .rolling import RollingCheck
+from .swing import BLOCK, WINDOW, SignWatch, shows_right_sign
 from .units import of_accelerometer
 
 MOVING = 0.02
@@ -56,8 +62,12 @@ class QuickChecks:
         self._blocks: deque[_Block] = deque(maxlen=WINDOW)
         self._turn = 0.0
         self._last: tuple[float, float] | None = None
-        self._sign = SignWatch()
+        self._forget()
         self._begin()
+
+    def _forget(self) -> None:
+        self._sign, self._rolling = SignWatch(), RollingCheck()
+        self._contradiction: Finding | None = None
 
     def _begin(self) -> None:
         self._time = self._shown = self._turned = self._length = self._planar = self._up = 0.0
@@ -69,7 +79,7 @@ class QuickChecks:
         """Forget everything, because time has jumped."""
         self._blocks.clear()
         self._last, self.untrusted, self.doubts = None, (), ()
-        self._sign = SignWatch()
+        self._forget()
         self._begin()
 
     def add(self, sample: CorrectedSample) -> None:
@@ -86,6 +96,8 @@ class QuickChecks:
         self._planar += math.sqrt(planar)
         self._length += math.sqrt(planar + sample.accel_y * sample.accel_y)
         self._up += z
+        if sample.wheel_count > 0.0:
+            self._rolling.add(sample, self._turn)
         self._least_rate, self._most_rate = min(self._least_rate, rate), max(self._most_rate, rate)
         self._least_force, self._most_force = min(self._least_force, x), max(self._most_force, x)
         if self._time >= BLOCK:
@@ -107,16 +119,17 @@ class QuickChecks:
                 )
             )
         self._last = shown, turned
+        self._rolling.end_block(self._count)
         self._begin()
         if len(self._blocks) == WINDOW:
-            self.untrusted = tuple(filter(None, (self._dead(), self._ratio())))
+            self.untrusted = tuple(filter(None, (self._dead(), self._contradicting())))
             self.doubts = tuple(filter(None, (self._gravity(), self._direction())))
 
     def _dead(self) -> Finding | None:
         """Return which sensor stands still although the other moves."""
         blocks = self._blocks
-        shown = math.sqrt(sum(each.shown**2 for each in blocks) / WINDOW)
-        turned = math.sqrt(sum(each.turned**2 for each in blocks) / WINDOW)
+        shown = math.sqrt(sum(each.shown * each.shown for each in blocks) / WINDOW)
+        turned = math.sqrt(sum(each.turned * each.turned for each in blocks) / WINDOW)
         rate = blocks[-1].rate[0]
         if all(each.rate == (rate, rate) for each in blocks) and shown > MOVING:
             seen = f"axis y reads {rate:.4g} rad/s and nothing else while the accelerometer swings"
@@ -129,25 +142,37 @@ class QuickChecks:
             )
         return None
 
-    def _ratio(self) -> Finding | None:
-        """Return what the gyro's unit or sign must be."""
-        shown = sum(each.shown**2 for each in self._blocks)
-        turned = sum(each.turned**2 for each in self._blocks)
+    def _contradicting(self) -> Finding | None:
+        """Return how gyro and accelerometer contradict each other.
+
+        What was found stays until the opposite is: a robot whose motors were cut shows nothing.
+        """
+        ratio = self._ratio()
+        if ratio > IN_DEGREES:
+            text = f"{TURNS.format(ratio)}: it looks like deg/s; give rad/s"
+            return Finding(Severity.FAIL, "gyro", "unit", text, ratio)
+        known = self._contradiction
+        if self._sign.wrong(ratio, self._blocks):
+            text = f"{TURNS.format(ratio)}: one of both has the wrong sign; check robot.mounting"
+            known = Finding(Severity.FAIL, "gyro", "sign", text, ratio, "robot.mounting")
+        elif self._rolling.wrong is not None:
+            known = self._rolling.wrong
+        elif known is not None and known.check != "unit" and shows_right_sign(ratio, self._blocks):
+            known = None
+        self._contradiction = None if self._rolling.right else known
+        return self._contradiction
+
+    def _ratio(self) -> float:
+        """Return how far the gyro turns while the accelerometer's tilt does; 0 if not clear."""
+        shown = sum(each.shown * each.shown for each in self._blocks)
+        turned = sum(each.turned * each.turned for each in self._blocks)
         both = sum(each.shown * each.turned for each in self._blocks)
         clear = (
             shown >= WINDOW * MOVING**2
             and turned > 0.0
             and abs(both) >= CLEAR * math.sqrt(shown * turned)
         )
-        ratio = both / shown if clear else 0.0
-        if ratio > IN_DEGREES:
-            text = f"{TURNS.format(ratio)}: it looks like deg/s; give rad/s"
-            return Finding(Severity.FAIL, "gyro", "unit", text, ratio)
-        if not self._sign.wrong(ratio, self._blocks):
-            return None
-        ratio = self._sign.ratio
-        text = f"{TURNS.format(ratio)}: one of both has the wrong sign; check robot.mounting"
-        return Finding(Severity.FAIL, "gyro", "sign", text, ratio, "robot.mounting")
+        return both / shown if clear else 0.0
 
     def _gravity(self) -> Finding | None:
         length = sum(each.length for each in self._blocks) / WINDOW
@@ -168,3 +193,16 @@ class QuickChecks:
             return None
         text = "its z axis points down: check robot.mounting, or the robot is upside down"
         return Finding(Severity.FAIL, "accelerometer", "direction", text, -1.0, "robot.mounting")
+
+
+def contradicted(samples: FloatArray) -> NDArray[np.bool_]:
+    """Return at which samples a live stream would find that the tilt cannot be right, (n,).
+
+    Args:
+        samples: the fields of n corrected samples, (fields, n).
+    """
+    checks, found = QuickChecks(), np.zeros(samples.shape[1], dtype=np.bool_)
+    for index, values in enumerate(samples.T.tolist()):
+        checks.add(CorrectedSample._make(values))
+        found[index] = bool(checks.untrusted)
+    return found

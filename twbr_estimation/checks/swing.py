@@ -22,8 +22,6 @@ OPPOSITE = 0.3
 """Ratio of the gyro's turn to the accelerometer's from which on a sign can be judged."""
 CONFIRMED = 3
 """Blocks in a row after which a wrong sign is believed."""
-KEPT = 100
-"""Blocks for which it is believed after it was last seen, unless the right one is seen."""
 
 BETTER = 2.0
 """Ratio of the misfits from which on the other sign explains the length better."""
@@ -52,32 +50,35 @@ class Block(Protocol):
 
 
 class SignWatch:
-    """Remembers from block to block whether the gyro has the wrong sign."""
+    """Follows from block to block whether a swing shows that the gyro has the wrong sign."""
 
     def __init__(self) -> None:
-        """Start with the right one."""
-        self.ratio = 0.0
-        """Ratio of the gyro's turn to the accelerometer's when the wrong sign was last seen."""
-        self._seen = self._kept = 0
+        """Start without a past."""
+        self._seen = 0
 
     def wrong(self, ratio: float, blocks: Sequence[Block]) -> bool:
-        """Return whether the sign is wrong.
+        """Return whether the sign is wrong for sure.
 
         Args:
             ratio: of the gyro's turn to the accelerometer's; 0 where that is not clear.
             blocks: the latest ones, of which the last is new.
         """
-        shown, turned = [each.shown for each in blocks], [each.turned for each in blocks]
-        lengths = [each.planar for each in blocks]
-        seen = ratio < -OPPOSITE and shows_wrong_sign(shown, turned, lengths)
+        seen = ratio < -OPPOSITE and _shown(blocks, 1.0)
         self._seen = self._seen + 1 if seen else 0
-        self._kept = max(self._kept - 1, 0)
-        if self._seen >= CONFIRMED:
-            self.ratio, self._kept = ratio, KEPT
-        elif self._kept and ratio > OPPOSITE:
-            right = shows_wrong_sign(shown, [-each for each in turned], lengths)
-            self._kept = 0 if right else self._kept
-        return self._kept > 0
+        return self._seen >= CONFIRMED
+
+
+def shows_right_sign(ratio: float, blocks: Sequence[Block]) -> bool:
+    """Return whether a swing shows that the gyro has the right sign; as for `SignWatch.wrong`."""
+    return ratio > OPPOSITE and _shown(blocks, -1.0)
+
+
+def _shown(blocks: Sequence[Block], sign: float) -> bool:
+    """Return whether a gyro times `sign` would have the wrong sign."""
+    turned = [sign * each.turned for each in blocks]
+    return shows_wrong_sign(
+        [each.shown for each in blocks], turned, [each.planar for each in blocks]
+    )
 
 
 def shows_wrong_sign(

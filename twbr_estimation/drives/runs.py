@@ -13,6 +13,7 @@ import numpy as np
 from ..batch import EstimateTrack
 from ..batch.judging import trusted_share
 from ..checks.finding import noteworthy
+from ..checks.quick import contradicted
 from ..checks.table import as_json
 from ..errors import ConfigurationError
 from ..filters import Filter
@@ -127,11 +128,15 @@ class Runs(Mapping[str, EstimateTrack]):
     def trusted(self) -> dict[str, float]:
         """Share of the estimates that a live stream would call valid, by filter name.
 
-        It falls with gaps, saturated and frozen readings, and disagreement with gravity. The
-        samples are judged one by one when it is first asked for.
+        It falls with gaps, saturated and frozen readings, disagreement with gravity, and with
+        sensors that contradict each other, as of a wrong sign. The samples are judged one by one
+        when it is first asked for.
         """
         corrected = self.drive.corrected
-        return {e.name: trusted_share(e, corrected, self[e.name]) for e in self.entries}
+        usable = ~contradicted(corrected.columns)
+        return {
+            e.name: trusted_share(e, corrected, self[e.name], usable=usable) for e in self.entries
+        }
 
     @cached_property
     def score(self) -> RecordingScore | None:

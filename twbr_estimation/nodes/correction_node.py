@@ -63,7 +63,7 @@ class CorrectionNode(GuardedNode):
             self,
             declarations_of(Setup()),
             lambda values: settings_from(Setup(), values),
-            lambda setup: self._stream.configure(setup),
+            self._configure,
         )
         self._checks = LiveChecks(setup.current)
         self._stream = CorrectionStream(
@@ -79,6 +79,8 @@ class CorrectionNode(GuardedNode):
         self._stamping = Stamping(inputs.stamps, "imu/data_raw")
         self.pass_wheels: Callable[[WheelReading], None] | None = None
         """Called with each reading of the wheels, for a controller in the same process."""
+        self.pass_change: Callable[[], None] | None = None
+        """Called when the setup has changed, for a filter in the same process."""
         self._connect(subscribe)
         self._code = MachineCode(self, lambda steps: self._stream.use(steps.correction()))
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
@@ -94,6 +96,11 @@ class CorrectionNode(GuardedNode):
         if subscribe:
             listen(self, Imu, "imu/data_raw", self._on_imu)
             listen_to_wheels(self, self._inputs, self._on_joints)
+
+    def _configure(self, setup: Setup) -> None:
+        self._stream.configure(setup)
+        if self.pass_change is not None:
+            self.pass_change()
 
     def take_imu(self, stamp: int, values: tuple[float, ...]) -> None:
         """Take gyro x, y, z [rad/s] and accelerometer x, y, z [m/s^2] stamped `stamp` [ns]."""

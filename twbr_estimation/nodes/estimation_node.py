@@ -57,7 +57,7 @@ def compose(
     drivers, control = declare(process, DRIVERS), declare(process, CONTROL)
     tilt = FilterNode(subscribe=False, **options)
     correction = CorrectionNode(tilt.take, subscribe=not drivers, **options)
-    tilt.pass_motors = correction.take_motors
+    tilt.pass_motors, correction.pass_change = correction.take_motors, tilt.begin_checks
     nodes = [process, tilt, correction]
     if control:
         nodes.append(_controller(tilt, correction, options))

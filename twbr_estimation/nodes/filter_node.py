@@ -16,7 +16,6 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
 from ..checks.finding import Finding, Severity, sentences
-from ..checks.quick import QuickChecks
 from ..live_code.providing import BackgroundSteps
 from ..printing.text import counted
 from ..samples import CorrectedSample, TiltEstimate
@@ -61,7 +60,7 @@ class FilterNode(GuardedNode):
         self._input = TiltInput(inputs, configuration.setup)
         self._outputs = TiltOutputs(self, declare(self, IMU_FRAME))
         self._transform = TiltTransform(self)
-        self._checks, self._age = QuickChecks(), StampAge()
+        self._age = StampAge()
         self._counts = {"samples": 0, "not_finite_estimates": 0, "failed_steps": 0}
         self._trusted, self._lost = True, 0
         self._subscribes, self._joints, self._motors = subscribe, None, None
@@ -120,6 +119,10 @@ class FilterNode(GuardedNode):
     def _on_motors(self, data: bytes) -> None:
         self.pass_motors(decode_motor_command(self.clock_now(), data))
 
+    def begin_checks(self) -> None:
+        """Forget what was found to be wrong with the sensors, because their setup has changed."""
+        self._stream.checks.restart()
+
     def take(self, stamp: int, sample: CorrectedSample) -> None:
         """Filter and publish one corrected sample of this stamp [ns]."""
         self._watchdog.feed()
@@ -134,7 +137,6 @@ class FilterNode(GuardedNode):
     def _filter(self, stamp: int, sample: CorrectedSample) -> None:
         stream, outputs = self._stream, self._outputs
         self._counts["samples"] += 1
-        self._checks.add(sample)
         try:
             estimate = stream.step(sample)
         except ARITHMETIC as error:
@@ -145,7 +147,7 @@ class FilterNode(GuardedNode):
             return
         tilt = stream.published_tilt(estimate, self._age_of(stamp))
         outputs.publish(stamp, sample, estimate, tilt, stream.variance(estimate))
-        self._trusted = stream.trusted(estimate) and not self._checks.untrusted
+        self._trusted = stream.trusted(estimate)
         if self.pass_estimate is not None:  # the judgement first: the controller acts at once
             self._say_valid(self._trusted, always=False)
             self.pass_estimate(stamp, estimate, tilt)
@@ -201,8 +203,8 @@ class FilterNode(GuardedNode):
         if not self._watchdog.fresh:
             age = self._watchdog.age
             return Report(Level.ERROR, f"stale: no usable sample for {age:.1f} s", values)
-        if self._checks.untrusted:
-            return Report(Level.ERROR, sentences(self._checks.untrusted), values)
+        if self._stream.checks.untrusted:
+            return Report(Level.ERROR, sentences(self._stream.checks.untrusted), values)
         if not self._trusted:
             lost = f"; {counted(newly_lost, 'sample')} lost or late" if newly_lost else ""
             causes = sentences(each for each in self._doubts() if each.severity is Severity.FAIL)
@@ -226,7 +228,10 @@ class FilterNode(GuardedNode):
         """Return what the checks found; where both see it, the longer look has the better words."""
         longer = self._input.checks.look(time.monotonic()) if self._input.raw else ()
         known = {each.subject for each in longer}
-        return [*longer, *(each for each in self._checks.doubts if each.subject not in known)]
+        return [
+            *longer,
+            *(each for each in self._stream.checks.doubts if each.subject not in known),
+        ]
 
     def _waiting(self) -> str:
         """Return what is waited for, and what came instead."""

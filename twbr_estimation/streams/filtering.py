@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
+from ..checks.quick import QuickChecks
 from ..filters.base import Filter, filter_named
 from ..pipeline.step_code import StepCode
 from ..pipeline.watched_filter import WatchedFilter
@@ -18,6 +19,8 @@ class FilterStream:
     def __init__(self, configuration: FilterConfiguration) -> None:
         """Prepare the filters; they start at the first sample."""
         self._configuration = configuration
+        self.checks = QuickChecks()
+        """What the samples show to be wrong with the sensors."""
         self._elapsed, self._steps = 0.0, 0
         self._provide: Callable[[Filter], StepCode | None] = _interpreted
         self._sample: CorrectedSample | None = None
@@ -83,6 +86,7 @@ class FilterStream:
             running.valid_stddev = configuration.settings.valid_stddev
             if configuration.robot != before.robot:
                 running.use_robot(configuration.robot)
+                self.checks.restart()
         self._switch(configuration.settings.filter)
         self._beside = {
             name: self._beside.get(name) or self._prepared(name)
@@ -99,6 +103,7 @@ class FilterStream:
 
     def step(self, sample: CorrectedSample) -> TiltEstimate:
         """Feed the active filter and return its estimate; `compare` comes after."""
+        self.checks.add(sample)
         if 0.0 < sample.dt <= RESTART_GAP:
             self._elapsed += sample.dt
             self._steps += 1
@@ -147,7 +152,8 @@ class FilterStream:
     def trusted(self, estimate: TiltEstimate) -> bool:
         """Return whether the filter's own variance and the samples let the tilt count as valid."""
         limit = self._configuration.settings.valid_stddev
-        return self._active.trusted and estimate.tilt_variance <= limit * limit
+        sure = self._active.trusted and estimate.tilt_variance <= limit * limit
+        return sure and not self.checks.untrusted
 
     def distrust(self) -> str:
         """Return why the tilt is not valid."""

@@ -1,0 +1,135 @@
+"""A gyro or accelerometer that contradicts the wheels of a robot that rolls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import twbr_estimation as twbr
+from twbr_estimation.checks.quick import QuickChecks, contradicted
+from twbr_estimation.recording import FloatArray, ImuTrack
+from twbr_estimation.samples import CorrectedSample
+from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
+from twbr_estimation.streams.filtering import FilterStream
+
+FIELDS = CorrectedSample._fields
+GYRO_X, GYRO_Y, GYRO_Z = map(FIELDS.index, ("gyro_x", "gyro_y", "gyro_z"))
+FORCE_X, WHEELS = map(FIELDS.index, ("accel_x", "wheel_angle"))
+Change = Callable[[FloatArray], None]
+
+
+@pytest.fixture(scope="module")
+def samples() -> FloatArray:
+    """Corrected samples of a simulated robot that balances and drives, (fields, n)."""
+    found: FloatArray = twbr.simulate(
+        "W1", seed=311, dt=0.005, duration=30.0, scene="drive"
+    ).corrected_samples.columns
+    return found
+
+
+def negated(row: int) -> Change:
+    def change(columns: FloatArray) -> None:
+        columns[row] *= -1.0
+
+    return change
+
+
+def swapped(columns: FloatArray) -> None:
+    columns[[GYRO_X, GYRO_Y]] = columns[[GYRO_Y, GYRO_X]]
+
+
+def in_degrees(columns: FloatArray) -> None:
+    columns[[GYRO_X, GYRO_Y, GYRO_Z]] *= np.degrees(1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "check"),
+    [
+        (negated(GYRO_Y), "sign"),
+        (negated(FORCE_X), "sign"),
+        (swapped, "axes"),
+        (in_degrees, "unit"),
+    ],
+)
+def test_a_wrong_sensor_is_found_while_the_robot_rolls_and_stays_found(
+    samples: FloatArray, change: Change, check: str
+) -> None:
+    wrong = samples.copy()
+    change(wrong)
+    found = contradicted(wrong)
+    assert found.any(), "not found"
+    first = int(np.argmax(found))
+    assert found[first:].all() or check == "unit", "forgotten"
+    assert np.cumsum(wrong[0])[first] < 12.0
+    checks = QuickChecks()
+    for values in wrong[:, : first + 1].T.tolist():
+        checks.add(CorrectedSample(*values))
+    assert [each.check for each in checks.untrusted] == [check]
+
+
+def late(seconds: float) -> Change:
+    def change(columns: FloatArray) -> None:
+        time = np.cumsum(columns[0])
+        columns[WHEELS] = np.interp(time - seconds, time, columns[WHEELS])
+
+    return change
+
+
+def coarse(columns: FloatArray) -> None:
+    step = 2.0 * np.pi / 48.0
+    columns[WHEELS] = step * np.round(columns[WHEELS] / step)
+
+
+def drifting(columns: FloatArray) -> None:
+    walk = np.random.default_rng(3).standard_normal(columns.shape[1])
+    columns[WHEELS] = np.cumsum(0.01 * walk)
+
+
+@pytest.mark.parametrize(
+    "change", [late(0.0), late(0.05), late(-0.03), negated(WHEELS), coarse, drifting]
+)
+def test_whatever_the_wheels_show_right_sensors_are_not_doubted(
+    samples: FloatArray, change: Change
+) -> None:
+    shown = samples.copy()
+    change(shown)
+    assert not contradicted(shown).any()
+
+
+def test_the_right_sign_ends_what_was_found(samples: FloatArray) -> None:
+    both = np.hstack([samples, samples])
+    negated(GYRO_Y)(both[:, : samples.shape[1]])
+    found = contradicted(both)
+    assert found[samples.shape[1] - 1] and not found[-1]
+
+
+def test_readings_beyond_any_sensor_raise_nothing(samples: FloatArray) -> None:
+    wild = samples[:, :2000].copy()
+    wild[GYRO_Y, 500:] = 1e200
+    contradicted(wild)
+
+
+def test_a_live_tilt_is_invalid_until_the_robot_is_described_anew(samples: FloatArray) -> None:
+    settings = FilterSettings("complementary")
+    stream = FilterStream(FilterConfiguration(settings))
+    for values in samples.T.tolist():
+        sample = CorrectedSample(*values)
+        estimate = stream.step(sample._replace(gyro_y=-sample.gyro_y))
+    assert not stream.trusted(estimate)
+    stream.configure(FilterConfiguration(settings, robot=twbr.Robot(wheel_radius=0.04)))
+    assert stream.trusted(stream.step(sample))
+
+
+def test_a_recording_is_valid_where_its_live_stream_is() -> None:
+    drive = twbr.simulate("W1", seed=312, dt=0.01, duration=20.0, scene="drive")
+    imu = drive.recording.imu
+    wrong = ImuTrack(imu.stamps, imu.gyro * (1.0, -1.0, 1.0), imu.accel)
+    turned = replace(drive, recording=replace(drive.recording, imu=wrong))
+    runs = turned.run("complementary")
+    usable = ~contradicted(turned.corrected.columns)
+    assert 0.1 < np.mean(usable) < 0.6
+    assert runs.trusted["complementary"] <= np.mean(usable)
+    assert drive.run("complementary").trusted["complementary"] > 0.95

@@ -1,0 +1,283 @@
+"""Whether gyro and accelerometer show the same leaning of a robot that rolls on its wheels.
+
+A robot's own acceleration hides its leaning from the accelerometer, and a balancing robot's is
+tied to its leaning. The wheels show that acceleration, whatever their radius and sign, so that the
+forward force
+
+    force = ratio (-g turn) + arm turning + radius rolling + drift
+
+decides the ratio of the turn that the gyro shows to the leaning: 1 where all is right, -1 where
+one of both has the wrong sign. `turn` is the gyro's angle, `turning` and `rolling` are the second
+derivatives of that angle and of the wheels', and `drift` is a straight line. All are seen through
+the same kernel, three blocks wide.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from ..recording import FloatArray
+from ..samples import STANDARD_GRAVITY, CorrectedSample
+from .finding import Finding, Severity
+
+WINDOW = 30
+"""Rows that are looked at together, one a block."""
+CONFIRMED = 5
+"""Looks in a row that must find the same."""
+CONFIRMED_AXES = 20
+"""The same where other axes fit: there are more of them, and of ways to fit by chance."""
+CERTAIN = 8.0
+"""A ratio counts from this many standard errors on."""
+ROLLING = 5.0
+"""The same for the radius of the wheels: they must explain a part of the force."""
+RADII = (0.005, 0.5)
+"""Believable radii of wheels [m]; beyond them the wheels show another motion."""
+FITTING = 0.6
+"""What is left must be below this share of what the gyro and of what the wheels explain."""
+SIGNS = (0.5, 2.0)
+"""Sizes of a ratio that is right but for its sign."""
+UNITS = (0.1, 10.0)
+"""Sizes of a ratio below and above which the gyro has another unit."""
+OTHER_AXIS = 3.0
+"""Other axes must leave this many times less than the right ones."""
+WHOLE = (0.7, 1.4)
+"""Sizes of their ratio."""
+FITTING_AXES = 0.3
+"""As `FITTING`, for other axes."""
+ARM = 0.1
+"""Deviation of the arm from 0 that is expected [m]."""
+NOISE = 1e-3
+"""Smallest noise of the force [m/s^2]."""
+UPRIGHT, LARGEST_FORCE, LARGEST_TURN = 0.4, 1.0, 2.0
+"""Up to where a sign is judged: the smallest upward and the largest forward force, as shares of
+gravity, and the range of the turn in the window [rad]."""
+CALM = (0.6, 0.6, 0.6)
+"""The same for units and axes."""
+AXES = ((0, 0), (0, 2), (1, 1), (1, 0))
+"""Other axes of force and turn than x and y that may have been taken for these."""
+AXES_SWAPPED = "IMU axes"
+
+
+class _Means(NamedTuple):
+    """Means of one block."""
+
+    time: float
+    force: tuple[float, float, float]
+    turn: tuple[float, float, float]
+    wheels: float
+
+
+class Fit(NamedTuple):
+    """What the force of one window shows."""
+
+    ratio: float
+    """Of the leaning that the force shows to the gyro's turn."""
+    radius: float
+    """Of the wheels [m]."""
+    left: float
+    """What is not explained, rms [m/s^2]."""
+    clear: bool
+    """Whether ratio and radius are known well and explain most of the force."""
+    share: float
+    """What is left, as a share of what the gyro and of what the wheels explain."""
+
+
+class RollingCheck:
+    """Takes samples with wheels, block by block, and looks at the latest at the end of each."""
+
+    def __init__(self) -> None:
+        """Start without a past."""
+        self.wrong: Finding | None = None
+        """What the latest looks have found to be wrong."""
+        self.right = False
+        """Whether they have found that all is right; else nothing is decided."""
+        self._blocks: deque[_Means] = deque(maxlen=3)
+        self._rows: deque[tuple[float, ...]] = deque(maxlen=WINDOW)
+        self._seen, self._kind = 0, ""
+        self._time = self._turn_x = self._turn_z = 0.0
+        self._begin()
+
+    def _begin(self) -> None:
+        self._count = 0
+        self._times = self._wheels = self._x = self._y = self._z = 0.0
+        self._turned_x = self._turned_y = self._turned_z = 0.0
+
+    def add(self, sample: CorrectedSample, turn: float) -> None:
+        """Take a sample whose wheels are known, and what the gyro's y axis has turned [rad]."""
+        self._count += 1
+        self._time += sample.dt
+        self._times += self._time
+        self._turn_x += sample.gyro_x * sample.dt
+        self._turn_z += sample.gyro_z * sample.dt
+        self._turned_x += self._turn_x
+        self._turned_y += turn
+        self._turned_z += self._turn_z
+        self._x += sample.accel_x
+        self._y += sample.accel_y
+        self._z += sample.accel_z
+        self._wheels += sample.wheel_angle
+
+    def end_block(self, count: int) -> None:
+        """End a block of so many samples."""
+        self.wrong, self.right = None, False
+        if self._count < count:  # the wheels are not known in all of it
+            self._blocks.clear()
+            self._rows.clear()
+            self._seen = 0
+        else:
+            self._blocks.append(self._means())
+            if len(self._blocks) == 3:
+                self._rows.append(_row(*self._blocks))
+        self._begin()
+        if len(self._rows) == WINDOW:
+            self._look(np.array(self._rows))
+
+    def _means(self) -> _Means:
+        count = self._count
+        return _Means(
+            self._times / count,
+            (self._x / count, self._y / count, self._z / count),
+            (self._turned_x / count, self._turned_y / count, self._turned_z / count),
+            self._wheels / count,
+        )
+
+    def _look(self, rows: FloatArray) -> None:
+        """Judge the window; believe what is found several times in a row."""
+        if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+            self._seen = 0
+            return
+        fit = fitted(rows, 0, 1)
+        right = fit.clear and SIGNS[0] < fit.ratio < SIGNS[1]
+        found = None if right else _contradiction(rows, fit)
+        if not right and found is None:
+            self._seen = 0
+            return
+        self._seen = self._seen + 1 if _kind(found) == self._kind else 1
+        self._kind = _kind(found)
+        if self._seen >= (CONFIRMED_AXES if self._kind == AXES_SWAPPED else CONFIRMED):
+            self.wrong, self.right = found, right
+
+
+def _kind(found: Finding | None) -> str:
+    return "" if found is None else f"{found.subject} {found.check}"
+
+
+def _row(first: _Means, middle: _Means, last: _Means) -> tuple[float, ...]:
+    """Return force x, y, z, turn x, y, z, turning x, y, z and rolling at the middle block."""
+
+    def smooth(a: float, b: float, c: float) -> float:
+        return (a + 10.0 * b + c) / 12.0  # Numerov: fits the curvature to the fourth order
+
+    before, after = middle.time - first.time, last.time - middle.time
+
+    def curvature(a: float, b: float, c: float) -> float:
+        return 2.0 * ((c - b) / after - (b - a) / before) / (before + after)
+
+    return (
+        *map(smooth, first.force, middle.force, last.force),
+        *map(smooth, first.turn, middle.turn, last.turn),
+        *map(curvature, first.turn, middle.turn, last.turn),
+        curvature(first.wheels, middle.wheels, last.wheels),
+    )
+
+
+def _within(rows: FloatArray, up: float, forward: float, range_: float) -> bool:
+    """Return whether the robot stands upright and leans little, by these limits."""
+    if not np.isfinite(rows).all():
+        return False
+    force, turn = rows[:, :3], rows[:, 4]
+    return bool(
+        force[:, 2].min() > up * STANDARD_GRAVITY
+        and np.abs(force[:, :2]).max() < forward * STANDARD_GRAVITY
+        and turn.max() - turn.min() < range_
+    )
+
+
+def _straight(count: int) -> FloatArray:
+    """Return the projection that takes a straight line out of `count` values."""
+    line = np.column_stack([np.ones(count), np.linspace(-1.0, 1.0, count)])
+    directions, _ = np.linalg.qr(line)
+    projection: FloatArray = np.eye(count) - directions @ directions.T
+    return projection
+
+
+_DETRENDED = _straight(WINDOW)
+
+
+def fitted(rows: FloatArray, force_axis: int, turn_axis: int) -> Fit:
+    """Return the ratio of gyro and force about these axes, 0 to 2 for x, y, z.
+
+    Args:
+        rows: of one window, (WINDOW, 10): force, turn and turning along x, y, z, rolling.
+        force_axis: the axis of the force.
+        turn_axis: the axis of the turn.
+    """
+    chosen = rows[:, (3 + turn_axis, 6 + turn_axis, 9, force_axis)]
+    signals = _DETRENDED @ chosen
+    signals[:, 0] *= -STANDARD_GRAVITY
+    terms, force = signals[:, :3], signals[:, 3]
+    moments, products = terms.T @ terms, terms.T @ force
+    moments[0, 0] += 1e-12
+    moments[2, 2] += 1e-12
+    count, variance = rows.shape[0], NOISE
+    for _ in range(3):
+        weighed = moments.copy()
+        weighed[1, 1] += variance / ARM**2
+        inverse = np.linalg.inv(weighed)
+        values = inverse @ products
+        left = force - terms @ values
+        variance = max(float(left @ left) / (count - 5), NOISE**2)
+    errors = np.sqrt(variance * np.diag(inverse))
+    ratio, radius = float(values[0]), float(values[2])
+    parts = np.abs(values) * np.sqrt(np.diag(moments) / count)
+    share = math.sqrt(variance) / max(min(parts[0], parts[2]), NOISE)
+    clear = (
+        abs(ratio) > CERTAIN * errors[0]
+        and abs(radius) > ROLLING * errors[2]
+        and RADII[0] < abs(radius) < RADII[1]
+        and share < FITTING
+    )
+    return Fit(ratio, radius, math.sqrt(variance), bool(clear), share)
+
+
+def _as_configured(rows: FloatArray, radius: float) -> float:
+    """Return what the right axes leave with wheels of this radius, rms [m/s^2]."""
+    signals = _DETRENDED @ rows[:, (0, 4, 9)]
+    left = signals @ np.array([1.0, STANDARD_GRAVITY, -radius])
+    return math.sqrt(float(left @ left) / rows.shape[0])
+
+
+def _contradiction(rows: FloatArray, fit: Fit) -> Finding | None:
+    """Return what is wrong where the force does not show the gyro's turn as it should."""
+    if fit.clear and -SIGNS[1] < fit.ratio < -SIGNS[0]:
+        subject = "gyro" if fit.radius > 0.0 else "accelerometer"
+        text = (
+            f"while the robot rolls, the gyro's y axis turns {1.0 / fit.ratio:.3g} times as far as "
+            "the accelerometer's x axis leans: one of both has the wrong sign; check robot.mounting"
+        )
+        return Finding(Severity.FAIL, subject, "sign", text, 1.0 / fit.ratio, "robot.mounting")
+    if not _within(rows, *CALM):
+        return None
+    if fit.clear and not UNITS[0] < abs(fit.ratio) < UNITS[1]:
+        text = (
+            f"while the robot rolls, its y axis turns {1.0 / fit.ratio:.3g} times as far as the "
+            "accelerometer's x axis leans: give rad/s and m/s^2"
+        )
+        return Finding(Severity.FAIL, "gyro", "unit", text, 1.0 / fit.ratio)
+    for force, turn in AXES:
+        other = fitted(rows, force, turn)
+        whole = other.clear and WHOLE[0] < abs(other.ratio) < WHOLE[1]
+        if not whole or other.share > FITTING_AXES:
+            continue
+        if OTHER_AXIS * other.left < _as_configured(rows, abs(other.radius)):
+            text = (
+                f"while the robot rolls, the turn about {'xyz'[turn]} and the force along "
+                f"{'xyz'[force]} show its leaning: the axes are swapped; x is forward, y left, z "
+                "up; check robot.mounting and the driver"
+            )
+            return Finding(Severity.FAIL, "IMU", "axes", text, None, "robot.mounting")
+    return None
