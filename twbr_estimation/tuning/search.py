@@ -11,13 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize
 
 from ..filters.base import Filter, Parameter
 from ..recording import FloatArray
 from .axis import SearchAxis
 from .descent import Descent
 from .merit import Merit
-from .simplex import shrink_simplex
 
 Judge = Callable[[Mapping[str, float]], Merit]
 Progress = Callable[[float, Mapping[str, float]], None]
@@ -39,6 +39,8 @@ _LAST_SIZE = 0.3
 GLOBAL_PARAMETERS = 4
 """A filter with more parameters is searched around its starts only, unless thoroughly."""
 _FEW_STEPS = 40  # of the simplex; what fits one minute better by more steps fits others worse
+_SMALL = 1e-4  # a simplex of this size has arrived, where its figures differ
+_ALIKE = 1e-5  # by a smaller share of the best
 _FEW_SIZE = 0.1, 0.7  # share of the bounds, and limit, of its first edges
 
 
@@ -150,7 +152,20 @@ def _search_everywhere(run: _Search, starts: Sequence[Mapping[str, float]], seed
 
 def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
     """Search around the best by a simplex with edges of these sizes, (n,)."""
-    shrink_simplex(run.figure, run.places(run.best[1]), sizes, run.low, run.high, evaluations)
+    place = run.places(run.best[1])
+    inward = np.where(place + sizes > run.high, -sizes, sizes)
+    minimize(
+        run.figure,
+        place,
+        method="Nelder-Mead",
+        bounds=list(zip(run.low, run.high, strict=True)),
+        options={
+            "initial_simplex": np.vstack([place, place + np.diag(inward)]),
+            "maxfev": evaluations,
+            "xatol": _SMALL,
+            "fatol": _ALIKE * run.best[0],
+        },
+    )
 
 
 def _everywhere(run: _Search, seed: int) -> list[tuple[float, FloatArray]]:
