@@ -1,9 +1,9 @@
 """Read MCAP files chunk by chunk, also truncated and damaged ones.
 
-Schemas and channels are read with the streams of the `mcap` package; importing its records would
-take 20 ms. No message depends on the summary at the end of the file, which a recorder that was
-killed did not write. Checksums are checked where there are any: a chunk whose own is wrong is left
-out and counted; where that of the whole data section is wrong, this is reported.
+Schemas and channels are parsed with the `mcap` package. No message depends on the summary at
+the end of the file, which a recorder that was killed did not write. Checksums are checked where
+there are any: a chunk whose own is wrong is left out and counted; where that of the whole data
+section is wrong, this is reported.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
@@ -32,26 +33,6 @@ from .unpacking import CHUNK_LIMIT, COMPRESSIONS, DAMAGED, Allowance, DamagedErr
 _CHUNK_HEAD = struct.Struct("<16xQII")
 """Plain size, its checksum, and the length of the compression's name; after two times."""
 _LONGEST_NAME = 16
-
-
-def _schema(stream: ReadDataStream) -> tuple[int, str]:
-    """Return number and name of a schema, all of which must be there."""
-    identifier, name = stream.read2(), stream.read_prefixed_string()
-    stream.read_prefixed_string()  # its encoding
-    stream.read(stream.read4())  # its text
-    return identifier, name
-
-
-def _channel(stream: ReadDataStream) -> tuple[int, int, str, str]:
-    """Return number, schema, topic and encoding of a channel, all of which must be there."""
-    identifier, schema = stream.read2(), stream.read2()
-    topic, encoding = stream.read_prefixed_string(), stream.read_prefixed_string()
-    size = stream.read4()
-    end = stream.count + size
-    while stream.count < end:  # key and value of its metadata
-        stream.read_prefixed_string()
-        stream.read_prefixed_string()
-    return identifier, schema, topic, encoding
 
 
 class McapStorage:
@@ -137,14 +118,14 @@ class McapStorage:
         stream = ReadDataStream(BytesIO(content))
         try:
             if opcode == Opcode.SCHEMA:
-                identifier, name = _schema(stream)
-                self._schemas[identifier] = full_type(name)
+                schema = Schema.read(stream)
+                self._schemas[schema.id] = full_type(schema.name)
             else:
-                identifier, schema, name, encoding = _channel(stream)
-                topic = absolute(name)
-                self._topics[identifier] = topic
-                self.types[topic] = self._schemas.get(schema, "unknown type")
-                self.encodings[topic] = encoding
+                channel = Channel.read(stream)
+                topic = absolute(channel.topic)
+                self._topics[channel.id] = topic
+                self.types[topic] = self._schemas.get(channel.schema_id, "unknown type")
+                self.encodings[topic] = channel.message_encoding
         except (McapError, struct.error, ValueError, OverflowError, MemoryError):
             self.repairs["damaged schema or channel record skipped"] += 1
 
