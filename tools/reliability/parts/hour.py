@@ -189,7 +189,9 @@ def _looks(processes: Processes, watch: Watch, browser: Browser, half: float) ->
 
 def _lost(lost: dict[str, int], gaps: list[float]) -> str:
     counts = ", ".join(f"{n} by {what}" for what, n in lost.items())
-    return counts + ("; after " + ", ".join(f"{gap:.1f} s" for gap in gaps[:20]) if gaps else "")
+    if not gaps:
+        return counts
+    return f"{counts}; the client had {len(gaps)} gaps from {gaps[0]:.1f} s to {gaps[-1]:.1f} s"
 
 
 def _wait(browser: Browser, seconds: float) -> None:
