@@ -106,6 +106,12 @@ def test_the_right_sign_ends_what_was_found(samples: FloatArray) -> None:
     assert found[samples.shape[1] - 1] and not found[-1]
 
 
+def test_what_has_once_been_right_is_not_doubted_any_more(samples: FloatArray) -> None:
+    both = np.hstack([samples, samples])
+    negated(GYRO_Y)(both[:, samples.shape[1] :])
+    assert not contradicted(both).any()
+
+
 def test_readings_beyond_any_sensor_raise_nothing(samples: FloatArray) -> None:
     wild = samples[:, :2000].copy()
     wild[GYRO_Y, 500:] = 1e200

@@ -26,7 +26,7 @@ from .finding import Finding, Severity
 
 WINDOW = 30
 """Rows that are looked at together, one a block."""
-CONFIRMED = 5
+CONFIRMED = 10
 """Looks in a row that must find the same."""
 CONFIRMED_AXES = 20
 """The same where other axes fit: there are more of them, and of ways to fit by chance."""
@@ -97,7 +97,7 @@ class RollingCheck:
         """Whether they have found that all is right; else nothing is decided."""
         self._blocks: deque[_Means] = deque(maxlen=3)
         self._rows: deque[tuple[float, ...]] = deque(maxlen=WINDOW)
-        self._seen, self._kind = 0, ""
+        self._seen, self._kind, self._proven = 0, "", False
         self._time = self._turn_x = self._turn_z = 0.0
         self._begin()
 
@@ -146,20 +146,25 @@ class RollingCheck:
         )
 
     def _look(self, rows: FloatArray) -> None:
-        """Judge the window; believe what is found several times in a row."""
+        """Judge the window; believe what is found several times in a row.
+
+        What has once been right is not doubted any more: no sign changes by itself, and in a hard
+        push turn and acceleration are too alike to be told apart.
+        """
         if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
             self._seen = 0
             return
         fit = fitted(rows, 0, 1)
         right = fit.clear and SIGNS[0] < fit.ratio < SIGNS[1]
         found = None if right else _contradiction(rows, fit)
-        if not right and found is None:
+        if not right and (found is None or self._proven):
             self._seen = 0
             return
         self._seen = self._seen + 1 if _kind(found) == self._kind else 1
         self._kind = _kind(found)
         if self._seen >= (CONFIRMED_AXES if self._kind == AXES_SWAPPED else CONFIRMED):
             self.wrong, self.right = found, right
+            self._proven = right
 
 
 def _kind(found: Finding | None) -> str:
