@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from ..recording import FloatArray
 from ..robot import Robot
@@ -14,12 +12,10 @@ from ..samples import STANDARD_GRAVITY
 from .band import banded, clear_of_ends
 from .causes import Cause
 from .evidence import Part
-from .rows import DELAY_SHARE, LEAST_SHARE, LONGEST_DELAY, on_body, spread, spreads
+from .rows import DELAY_SHARE, LEAST_SHARE, LONGEST_DELAY, on_body, spread
 
 ALIKE = 1.2
 """Misfits that differ by less than this factor are alike."""
-_AT_ONCE = 64
-"""Shifts that are compared in one array."""
 
 
 def wheel_delay(parts: Sequence[Part], robot: Robot) -> Cause:
@@ -73,12 +69,7 @@ def _best(name: str, pairs: Sequence[tuple[FloatArray, FloatArray, float]]) -> C
     longest = max(wanted.size for wanted, _, _ in pairs)
     reach = min(round(LONGEST_DELAY / step), int(DELAY_SHARE * longest))
     shifts = np.arange(-reach, reach + 1)
-    misfits = np.concatenate(
-        [
-            _misfits(pairs, shifts[at : at + _AT_ONCE], reach)
-            for at in range(0, shifts.size, _AT_ONCE)
-        ]
-    )
+    misfits = np.array([_misfit(pairs, int(shift), reach) for shift in shifts])
     best = _nearest_minimum(misfits)
     if best is None:
         return Cause(name, 0.0, np.inf, np.inf)
@@ -101,19 +92,13 @@ def _nearest_minimum(misfits: FloatArray) -> int | None:
     return int(found[np.argmin(np.abs(found - misfits.size // 2))])
 
 
-def _misfits(
-    pairs: Sequence[tuple[FloatArray, FloatArray, float]], shifts: NDArray[np.int64], reach: int
-) -> FloatArray:
-    """Return the spread of what is left of the first signals at each of k shifts, (k,)."""
-    differences = [np.empty((shifts.size, 0))]
+def _misfit(pairs: Sequence[tuple[FloatArray, FloatArray, float]], shift: int, reach: int) -> float:
+    differences = []
     for wanted, moved, step in pairs:
         inside = clear_of_ends(wanted.size, step)
         begin, end = inside.start + reach, inside.stop - reach
         if end > begin:
-            windows = sliding_window_view(moved, end - begin)
-            differences.append(wanted[begin:end] - windows[begin + shifts])
-    values = np.concatenate(differences, axis=1)
-    if values.size and np.isfinite(values).all():
-        return spreads(values)
-    known = (row[np.isfinite(row)] for row in values)
-    return np.array([spread(row) if row.size else np.inf for row in known])
+            differences.append(wanted[begin:end] - moved[begin + shift : end + shift])
+    values = np.concatenate(differences) if differences else np.empty(0)
+    values = values[np.isfinite(values)]
+    return spread(values) if values.size else np.inf

@@ -148,9 +148,4 @@ def predicted(rows: Rows, robot: Robot, gyro_axis: int = 1) -> tuple[FloatArray,
 
 def spread(values: FloatArray) -> float:
     """Return the robust standard deviation of `values` around 0."""
-    return float(spreads(values)) if values.size else 0.0
-
-
-def spreads(values: FloatArray) -> FloatArray:
-    """Return the robust standard deviation around 0 of each row, (k,), of values (k, n)."""
-    return np.asarray(_NORMAL_MAD * np.median(np.abs(values), axis=-1))
+    return _NORMAL_MAD * float(np.median(np.abs(values))) if values.size else 0.0
