@@ -10,6 +10,9 @@ decides the ratio of the turn that the gyro shows to the leaning: 1 where all is
 one of both has the wrong sign. `turn` is the gyro's angle, `turning` and `rolling` are the second
 derivatives of that angle and of the wheels', and `drift` is a straight line. All are seen through
 the same kernel, three blocks wide.
+
+What has once been right is not looked at any more: no sign changes by itself, and in a hard push
+turn and acceleration are too alike to be told apart.
 """
 
 from __future__ import annotations
@@ -94,10 +97,10 @@ class RollingCheck:
         self.wrong: Finding | None = None
         """What the latest looks have found to be wrong."""
         self.right = False
-        """Whether they have found that all is right; else nothing is decided."""
+        """Whether looks have ever found that all is right; then nothing is doubted any more."""
         self._blocks: deque[_Means] = deque(maxlen=3)
         self._rows: deque[tuple[float, ...]] = deque(maxlen=WINDOW)
-        self._seen, self._kind, self._proven = 0, "", False
+        self._seen, self._kind = 0, ""
         self._time = self._turn_x = self._turn_z = 0.0
         self._begin()
 
@@ -123,7 +126,7 @@ class RollingCheck:
 
     def end_block(self, count: int) -> None:
         """End a block of so many samples."""
-        self.wrong, self.right = None, False
+        self.wrong = None
         if self._count < count:  # the wheels are not known in all of it
             self._blocks.clear()
             self._rows.clear()
@@ -133,7 +136,7 @@ class RollingCheck:
             if len(self._blocks) == 3:
                 self._rows.append(_row(*self._blocks))
         self._begin()
-        if len(self._rows) == WINDOW:
+        if len(self._rows) == WINDOW and not self.right:
             self._look(np.array(self._rows))
 
     def _means(self) -> _Means:
@@ -146,25 +149,20 @@ class RollingCheck:
         )
 
     def _look(self, rows: FloatArray) -> None:
-        """Judge the window; believe what is found several times in a row.
-
-        What has once been right is not doubted any more: no sign changes by itself, and in a hard
-        push turn and acceleration are too alike to be told apart.
-        """
+        """Judge the window; believe what is found several times in a row."""
         if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
             self._seen = 0
             return
         fit = fitted(rows, 0, 1)
         right = fit.clear and SIGNS[0] < fit.ratio < SIGNS[1]
         found = None if right else _contradiction(rows, fit)
-        if not right and (found is None or self._proven):
+        if not right and found is None:
             self._seen = 0
             return
         self._seen = self._seen + 1 if _kind(found) == self._kind else 1
         self._kind = _kind(found)
         if self._seen >= (CONFIRMED_AXES if self._kind == AXES_SWAPPED else CONFIRMED):
             self.wrong, self.right = found, right
-            self._proven = right
 
 
 def _kind(found: Finding | None) -> str:
