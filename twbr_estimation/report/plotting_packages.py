@@ -1,17 +1,16 @@
 """matplotlib, imported without what it prepares for a person at a prompt.
 
-It computes signatures and docstrings of some hundred classes while it is imported, which takes
-longer than the rest of the import and than drawing. A release that lacks the methods named here
-is imported as it is.
+It computes a signature and a docstring for each of some hundred classes while it is imported,
+which takes a third of the import. A release that lacks the method named here is imported as it is.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from typing import Any
+
+_COSTLY = "_update_set_signature_and_docstring"
 
 
 def import_matplotlib() -> None:
@@ -22,30 +21,16 @@ def import_matplotlib() -> None:
     """
     if "matplotlib.figure" in sys.modules:
         return
-    docstrings = import_module("matplotlib._docstring")
-    with ExitStack() as replaced:
-        for name in ("Substitution", "_ArtistPropertiesSubstitution"):
-            owner = getattr(docstrings, name, None)
-            replaced.enter_context(_replaced(owner, "__call__", lambda _, documented: documented))
-        artist = import_module("matplotlib.artist").Artist
-        signed = classmethod(_mark_generated)
-        replaced.enter_context(_replaced(artist, "_update_set_signature_and_docstring", signed))
+    artist: Any = import_module("matplotlib.artist").Artist
+    usual = vars(artist).get(_COSTLY)
+    if usual is not None:
+        setattr(artist, _COSTLY, classmethod(_mark_generated))
+    try:
         import_module("matplotlib.backends.backend_agg")
         import_module("matplotlib.figure")
-
-
-@contextmanager
-def _replaced(owner: Any, name: str, value: Any) -> Iterator[None]:
-    """Give an attribute another value for a while; one that is not there stays so."""
-    if name not in getattr(owner, "__dict__", {}):
-        yield
-        return
-    usual = vars(owner)[name]
-    setattr(owner, name, value)
-    try:
-        yield
     finally:
-        setattr(owner, name, usual)
+        if usual is not None:
+            setattr(artist, _COSTLY, usual)
 
 
 def _mark_generated(artist: Any) -> None:
