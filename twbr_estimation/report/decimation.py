@@ -34,9 +34,7 @@ def peaks(values: FloatArray, points: int) -> NDArray[np.int64]:
         np.arange(whole, count),
         np.array([0, count - 1]),
     ]
-    ordered = np.sort(np.concatenate(kept))
-    different: NDArray[np.int64] = ordered[np.append(True, ordered[1:] != ordered[:-1])]
-    return different
+    return np.unique(np.concatenate(kept))
 
 
 def thinned(times: FloatArray, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
@@ -50,8 +48,6 @@ def thinned(times: FloatArray, values: FloatArray, points: int) -> tuple[FloatAr
     kept = peaks(values, points)
     steps = np.diff(times)
     gaps = np.flatnonzero(steps > LARGEST_STEP * np.median(steps)) if steps.size else steps
-    if gaps.size == 0:
-        return times[kept], values[kept]
     where = np.unique(np.searchsorted(kept, gaps, side="right"))
     where = where[where < kept.size]
     return np.insert(times[kept], where, times[kept[where]]), np.insert(values[kept], where, np.nan)

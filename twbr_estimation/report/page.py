@@ -66,9 +66,9 @@ def render(
     """
     library = bokeh_scripts()
     points = max(FEWEST_POINTS, POINTS // len(reports))
-    columns = LineValues()
+    values = LineValues()
     sections = [
-        _section(report, f"r{index}", lines, points, columns)
+        _section(report, f"r{index}", lines, points, values)
         for index, (report, lines) in enumerate(zip(reports, traces, strict=True))
     ]
     plots = {
@@ -78,7 +78,7 @@ def render(
     }
     text: str = _template().render(
         sections=sections,
-        data={"columns": columns.encoded(), "plots": plots},
+        data={"values": values.encoded(), "plots": plots},
         library=library,
         drawing=(FOLDER / "plots.js").read_text(),
         headings=[f"{each.title} [{each.unit}]" for each in FIGURES],
@@ -136,13 +136,13 @@ def _section(
     identifier: str,
     traces: Sequence[Trace],
     points: int,
-    columns: LineValues,
+    values: LineValues,
 ) -> dict[str, Any]:
-    plots = time_plots(traces, points, identifier, columns)
+    plots = time_plots(traces, points, identifier, values)
     if any(trace.error.size for trace in traces):
-        plots["histogram"] = histogram_plot(traces, identifier, columns)
+        plots["histogram"] = histogram_plot(traces, identifier, values)
     if report.motion is not None:
-        plots["spectrum"] = spectrum_plot(report.motion, traces, identifier, columns)
+        plots["spectrum"] = spectrum_plot(report.motion, traces, identifier, values)
     return {
         "id": identifier,
         "source": report.runs.recording.source,

@@ -1,6 +1,6 @@
 // Draws the plots of a report from their descriptions, see plots.py.
-function drawPlots({columns, plots}) {
-  const values = columns.map(text =>
+function drawPlots({values: encoded, plots}) {
+  const values = encoded.map(text =>
     new Float32Array(Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer));
   const page = new Bokeh.Document(), drawn = {};
   for (const [place, description] of Object.entries(plots)) {

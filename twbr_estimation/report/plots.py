@@ -42,12 +42,12 @@ class LineValues:
         return self._places.setdefault(content, len(self._places))
 
     def encoded(self) -> list[str]:
-        """Return each column's bytes in base64."""
+        """Return the bytes of each in base64."""
         return [base64.b64encode(content).decode("ascii") for content in self._places]
 
 
 def time_plots(
-    traces: Sequence[Trace], points: int, name: str, columns: LineValues
+    traces: Sequence[Trace], points: int, name: str, values: LineValues
 ) -> dict[str, Plot]:
     """Return tilt and, where there is a reference, error over time, with one time axis.
 
@@ -55,19 +55,19 @@ def time_plots(
         traces: what to draw, the front last.
         points: about how many points a line may have.
         name: of the recording, which the page's switches ask for.
-        columns: where the values go.
+        values: where they go.
     """
     tilt = _plot(name, "time [s]", "tilt [deg]", height=TILT_HEIGHT)
-    tilt["lines"] = [_line(columns, each, each.times, each.tilt, points) for each in traces]
+    tilt["lines"] = [_line(values, each, each.times, each.tilt, points) for each in traces]
     scored = [trace for trace in traces if trace.error.size]
     if not scored:
         return {"tilt": tilt}
     error = _plot(name, "time [s]", "error [deg]", x_range_of=f"{name}-tilt")
-    error["lines"] = [_line(columns, each, each.error_times, each.error, points) for each in scored]
+    error["lines"] = [_line(values, each, each.error_times, each.error, points) for each in scored]
     return {"tilt": tilt, "error": error}
 
 
-def histogram_plot(traces: Sequence[Trace], name: str, columns: LineValues) -> Plot:
+def histogram_plot(traces: Sequence[Trace], name: str, values: LineValues) -> Plot:
     """Return the distribution of the errors of each estimator."""
     plot = _plot(name, "error [deg]", "share of the samples per deg", zoom="both")
     scored = [trace for trace in traces if trace.error.size]
@@ -79,12 +79,12 @@ def histogram_plot(traces: Sequence[Trace], name: str, columns: LineValues) -> P
     for trace in scored:
         inside = np.clip(trace.error, -limit, limit)
         density, _ = np.histogram(inside, BINS, (-limit, limit), density=True)
-        plot["lines"].append(_line(columns, trace, middle, density, middle.size))
+        plot["lines"].append(_line(values, trace, middle, density, middle.size))
     return plot
 
 
 def spectrum_plot(
-    motion: MotionSpectra, traces: Sequence[Trace], name: str, columns: LineValues
+    motion: MotionSpectra, traces: Sequence[Trace], name: str, values: LineValues
 ) -> Plot:
     """Return the spectra of Laddach 2022, Fig. 11, and those of the estimators' errors."""
     logarithmic = {"x_axis_type": "log", "y_axis_type": "log"}
@@ -99,12 +99,12 @@ def spectrum_plot(
         estimated = error_spectrum(trace)
         if estimated is not None and trace.name != RAW:
             frequency, density = estimated.frequency[1:], estimated.density[1:]
-            plot["lines"].append(_line(columns, trace, frequency, density, SPECTRUM_POINTS))
+            plot["lines"].append(_line(values, trace, frequency, density, SPECTRUM_POINTS))
     plot["legend"] = [
         {
             "label": label,
-            "x": columns.place(entry.frequency[1:]),
-            "y": columns.place(entry.density[1:]),
+            "x": values.place(entry.frequency[1:]),
+            "y": values.place(entry.density[1:]),
             "style": _style(colour, dash, 2.0),
         }
         for label, entry, colour, dash in curves
@@ -119,14 +119,14 @@ def _plot(name: str, x_label: str, y_label: str, zoom: str = "width", **options:
     return {"zoom": zoom, "options": common, "lines": [], "legend": []}
 
 
-def _line(columns: LineValues, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> Plot:
+def _line(values: LineValues, trace: Trace, x: FloatArray, y: FloatArray, points: int) -> Plot:
     fewer_x, fewer_y = thinned(x, y, points)
     width = 2.0 if trace.name == REFERENCE else 1.5
     return {
         "name": trace.name,
         "visible": trace.visible,
-        "x": columns.place(fewer_x),
-        "y": columns.place(fewer_y),
+        "x": values.place(fewer_x),
+        "y": values.place(fewer_y),
         "style": _style(trace.colour, trace.dash, width),
     }
 
