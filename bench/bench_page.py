@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT), str(ROOT / "tools"), str(ROOT / "test")]
+sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
 
 from browser import Browser, chromium  # noqa: E402
 from node_processes import Graph  # noqa: E402
