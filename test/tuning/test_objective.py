@@ -10,7 +10,7 @@ from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.robot import CorrectionSettings
 from twbr_estimation.simulation import simulate
 from twbr_estimation.tuning.filter import TuningTask
-from twbr_estimation.tuning.objective import Objective, prepare
+from twbr_estimation.tuning.objective import Objective, figure_of, prepare
 
 TIME = np.arange(0.0, 10.0, 0.01)
 TILT, SLOPE = 0.2 * np.sin(3.0 * TIME), 0.6 * np.cos(3.0 * TIME)
@@ -18,13 +18,14 @@ TILT, SLOPE = 0.2 * np.sin(3.0 * TIME), 0.6 * np.cos(3.0 * TIME)
 
 def test_mse_is_that_of_the_error_in_degrees() -> None:
     error = np.radians([1.0, -3.0])
-    assert Objective().value(error, error, error, 0.01) == pytest.approx(5.0)
+    assert figure_of(Objective().terms(error, error, error, 0.01)) == pytest.approx(5.0)
 
 
 def test_delay_is_priced_by_its_square() -> None:
     late = 0.2 * np.sin(3.0 * (TIME - 0.01))
     plain, priced = (
-        each.value(late - TILT, late, SLOPE, 0.01) for each in (Objective(), Objective(0.02))
+        figure_of(each.terms(late - TILT, late, SLOPE, 0.01))
+        for each in (Objective(), Objective(0.02))
     )
     assert priced - plain == pytest.approx(0.02 * 10.0**2, rel=0.01)
 
@@ -34,10 +35,10 @@ def test_roughness_is_priced_by_the_slope_of_the_noise() -> None:
     priced = Objective(roughness_weight=1e-3)
     steps = np.degrees(2 * 0.001 / 0.01) ** 2
     for tilt, expected in ((noisy, 1e-3 * steps), (TILT, 0.0)):
-        extra = priced.value(tilt - TILT, tilt, SLOPE, 0.01) - Objective().value(
-            tilt - TILT, tilt, SLOPE, 0.01
+        rough, plain = (
+            figure_of(each.terms(tilt - TILT, tilt, SLOPE, 0.01)) for each in (priced, Objective())
         )
-        assert extra == pytest.approx(expected, rel=0.01, abs=1e-4)
+        assert rough - plain == pytest.approx(expected, rel=0.01, abs=1e-4)
 
 
 def test_a_hole_in_the_reference_is_no_roughness() -> None:
@@ -53,9 +54,8 @@ def test_a_hole_in_the_reference_is_no_roughness() -> None:
         assert np.count_nonzero(~one.joined) == (2 if name == "whole" else 5)
         tilt = one.reference
         nothing = np.zeros(tilt.size)
-        rough[name] = Objective(roughness_weight=1.0).value(
-            nothing, tilt, one.slope, one.dt, one.joined
-        )
+        priced = Objective(roughness_weight=1.0)
+        rough[name] = figure_of(priced.terms(nothing, tilt, one.slope, one.dt, one.joined))
     assert rough["holed"] == pytest.approx(rough["whole"], rel=0.5)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -55,8 +56,12 @@ def tune_correction(
         for name, value in start.items()
     }
 
+    @cache
+    def judged_before(settings: CorrectionSettings) -> Merit:
+        return _merit(sets, settings)
+
     def judge(values: Mapping[str, float]) -> Merit:
-        return _merit(sets, _changed(base, values))
+        return judged_before(_changed(base, values))
 
     latest = SearchResult(start, judge(start).figure, 1)
 

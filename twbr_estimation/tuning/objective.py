@@ -65,17 +65,6 @@ class Objective:
             )
         return Objective(**weights)
 
-    def value(
-        self,
-        error: FloatArray,
-        tilt: FloatArray,
-        slope: FloatArray,
-        dt: float,
-        joined: BoolArray | None = None,
-    ) -> float:
-        """Return the figure for one recording [deg^2]; see `terms`."""
-        return figure_of(self.terms(error, tilt, slope, dt, joined))
-
     def terms(
         self,
         error: FloatArray,

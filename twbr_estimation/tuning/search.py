@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.stats.qmc import Halton
 
 from ..filters.base import Filter, Parameter
 from ..recording import FloatArray
 from .axis import SearchAxis
-from .descent import Descent
+from .descent import descend
 from .merit import Merit
 
 Judge = Callable[[Mapping[str, float]], Merit]
@@ -28,17 +29,16 @@ def no_progress(best: float, values: Mapping[str, float]) -> None:
     """Take no notice of the progress of a search."""
 
 
-_POINTS = 24  # per parameter: all over the bounds, then in boxes around the best, each smaller
-_BOXES = (1.0, 0.4, 0.12)  # of the bounds
-_GLOBAL_STARTS = 3  # points that are refined beside the given starts
-_FIRST_STEPS = 5  # from each start, per parameter; then the best of them go on
+_POINTS = 64  # all over the bounds, per parameter
+_GLOBAL_STARTS = 8  # points that are refined beside the given starts
+_FIRST_STEPS = 5  # from each start; then the best of them go on
 _FINALISTS = 2
-_STEPS = 15  # of those, per parameter
-_LAST_STEPS = 30  # of the simplex around the best, per parameter
+_STEPS = 10  # of those
+_LAST_STEPS = 30  # of Nelder-Mead around the best, per parameter
 _LAST_SIZE = 0.3
 GLOBAL_PARAMETERS = 4
 """A filter with more parameters is searched around its starts only, unless thoroughly."""
-_FEW_STEPS = 40  # of the simplex; what fits one minute better by more steps fits others worse
+_FEW_STEPS = 40  # of Nelder-Mead; what fits one minute better by more steps fits others worse
 _SMALL = 1e-4  # a simplex of this size has arrived, where its figures differ
 _ALIKE = 1e-5  # by a smaller share of the best
 _FEW_SIZE = 0.1, 0.7  # share of the bounds, and limit, of its first edges
@@ -107,9 +107,9 @@ def search(
     """Find the values that make the figure smallest.
 
     Points all over the bounds guard against local minima; the best of them and every start are
-    refined by a few steps of least squares, and the best of those by more. A simplex of Nelder and
-    Mead around the best ends the search, as figures have kinks that slopes do not show. With more
-    than `GLOBAL_PARAMETERS` parameters, a few steps of the simplex from the best start are all.
+    refined by a few steps of least squares, and the best of those by more. Nelder-Mead around the
+    best, the method of Laddach 2022, ends the search: figures have kinks that slopes do not show.
+    With more than `GLOBAL_PARAMETERS` parameters, a few steps of it from the best start are all.
 
     Args:
         parameters: what to search, by name; none gives the figure of no change.
@@ -140,12 +140,10 @@ def _search_everywhere(run: _Search, starts: Sequence[Mapping[str, float]], seed
         return
     found = _everywhere(run, seed)
     places = [*(place for _, place in found[:_GLOBAL_STARTS]), *map(run.places, starts)]
-    begun = [Descent(run, place, run.low, run.high) for place in places]
-    for each in begun:
-        each.go_on(_FIRST_STEPS * size)
-    begun.sort(key=lambda each: each.figure)
-    for each in begun[:_FINALISTS]:
-        each.go_on(_STEPS * size)
+    begun = [descend(run, place, run.low, run.high, _FIRST_STEPS) for place in places]
+    begun.sort(key=lambda each: each[0])
+    for _, place in begun[:_FINALISTS]:
+        descend(run, place, run.low, run.high, _STEPS)
     if run.best[1]:
         _look_around(run, np.full(size, _LAST_SIZE), _LAST_STEPS * size)
 
@@ -169,29 +167,7 @@ def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
 
 
 def _everywhere(run: _Search, seed: int) -> list[tuple[float, FloatArray]]:
-    """Return figures and places all over the bounds, and around the best of them; best first."""
-    random, size = np.random.default_rng(seed), len(run.axes)
-    found: list[tuple[float, FloatArray]] = []
-    for share in _BOXES:
-        half = 0.5 * share * (run.high - run.low)
-        middle = found[0][1] if found else run.low + half
-        low = np.clip(middle - half, run.low, run.high - 2.0 * half)
-        places = low + 2.0 * half * spread_evenly(_POINTS * size, random.random(size))
-        found += [(run.figure(place), place) for place in places]
-        found.sort(key=lambda each: each[0])
-    return found
-
-
-def spread_evenly(count: int, first: FloatArray) -> FloatArray:
-    """Return points that fill the unit cube evenly, (count, n), after a first one, (n,).
-
-    Multiples of powers of the generalised golden ratio, modulo 1 (Roberts 2018).
-    """
-    size = first.size
-    ratio = 2.0
-    for _ in range(40):
-        ratio = (1.0 + ratio) ** (1.0 / (size + 1.0))
-    shares: FloatArray = (
-        first + np.outer(np.arange(count), ratio ** -np.arange(1.0, size + 1.0))
-    ) % 1.0
-    return shares
+    """Return figures and places all over the bounds, best first."""
+    spread = Halton(len(run.axes), seed=seed).random(_POINTS * len(run.axes))
+    places = run.low + (run.high - run.low) * spread
+    return sorted(((run.figure(place), place) for place in places), key=lambda each: each[0])
