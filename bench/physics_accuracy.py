@@ -18,6 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from twbr_estimation.batch.judging import trusted
 from twbr_estimation.drives import Drive
 from twbr_estimation.filters import filter_named
 from twbr_estimation.peers.comparison import inertial, peer_tilt
@@ -28,15 +29,16 @@ from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY
 from twbr_estimation.simulation.simulate import Simulated
 
-LIMIT = 0.2
-"""Standard deviation above which `tilt/valid` is false [rad], as filter_node has it."""
 WRONG = 5.0
 """[deg]."""
 HEAD = "| scene | event | s | {} | blind | complementary | VQF 3 s | NEES | wrong yet valid | max |"
 
 
-def errors_of(simulated: Simulated, name: str) -> tuple[FloatArray, FloatArray]:
-    """Return the errors of all four [deg], (4, n), and the filter's variance [deg^2], (n,)."""
+def errors_of(simulated: Simulated, name: str) -> FloatArray:
+    """Return the errors of all four [deg], the filter's variance [deg^2], and 1 where it is valid.
+
+    The shape is (6, n).
+    """
     recording, truth = simulated.recording, simulated.recording.truth
     assert truth is not None
     drive = Drive(recording, simulated.setup)
@@ -47,7 +49,10 @@ def errors_of(simulated: Simulated, name: str) -> tuple[FloatArray, FloatArray]:
     tilts += [drive.run("complementary")["complementary"].tilt, vqf]
     turn = 2.0 * math.pi
     wrapped = (np.array(tilts) - truth.tilt + math.pi) % turn - math.pi
-    return np.degrees(wrapped), np.degrees(np.degrees(runs[0].tilt_variance))
+    valid = trusted(filter_named(name), drive.corrected, runs[0])
+    return np.vstack(
+        [np.degrees(wrapped), np.degrees(np.degrees(runs[0].tilt_variance)), valid.astype(float)]
+    )
 
 
 def parts(simulated: Simulated) -> Iterator[tuple[str, FloatArray]]:
@@ -75,15 +80,15 @@ def rows(scene: str, arguments: argparse.Namespace, robot: Robot) -> Iterator[st
             robot=robot,
             clipped_first=arguments.clip_first,
         )
-        errors, variance = errors_of(simulated, arguments.filter)
+        columns = errors_of(simulated, arguments.filter)
         for event, inside in parts(simulated):
-            found.setdefault(event, []).append(np.vstack([errors, variance])[:, inside])
+            found.setdefault(event, []).append(columns[:, inside])
     for event, pieces in found.items():
         columns = np.hstack(pieces)
-        errors, variance = columns[:4], columns[4]
+        errors, variance, valid = columns[:4], columns[4], columns[5]
         own = errors[0]
         known = np.maximum(variance, 1e-12)
-        believed = (np.abs(own) > WRONG) & (variance <= math.degrees(LIMIT) ** 2)
+        believed = (np.abs(own) > WRONG) & (valid > 0.0)
         cells = [f"{own.size * arguments.dt:.0f}"]
         cells += [f"{figure:.3g}" for figure in np.mean(errors**2, axis=1)]
         cells += [f"{np.mean(own**2 / known):.2f}", f"{100.0 * np.mean(believed):.2f}"]

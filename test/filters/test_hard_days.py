@@ -96,6 +96,20 @@ def test_what_is_called_valid_is_not_far_wrong(name: str) -> None:
     assert np.mean(trusted(entry, wheels, found) & far) < 1e-3
 
 
+@pytest.mark.parametrize("with_wheels", [True, False])
+@pytest.mark.parametrize("seed", [8101, 8103])
+def test_a_start_in_motion_is_not_called_valid_too_early(seed: int, with_wheels: bool) -> None:
+    made, entry = DAYS["encoder signs wrong"](seed, 0.005), filter_named("ins_odometer")
+    recording, truth = made.recording, made.recording.truth
+    assert truth is not None
+    track = correct(pair(recording.imu, recording.wheels if with_wheels else None), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    far = np.abs(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt)) > np.radians(5.0)
+    valid = trusted(entry, track, found)
+    assert np.mean(valid & far) < 1e-3
+    assert np.mean(valid) > 0.8
+
+
 @pytest.mark.parametrize("dt", [0.005, 0.01])
 @pytest.mark.parametrize(
     "name", ["thrown on a pivot", "thrown on its wheels", "falls and is put up"]

@@ -22,9 +22,10 @@ from twbr_estimation.filters.inertial.strapdown import (
 )
 from twbr_estimation.imports.imported import ImportOptions, load
 from twbr_estimation.pipeline.pairing import pair
+from twbr_estimation.pipeline.validity import VALID_STDDEV
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Setup
-from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
 from twbr_estimation.scoring.score import Association, score
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.planar_sensing import gyro_cross
@@ -159,11 +160,31 @@ def test_a_wrong_start_is_known_to_be_uncertain(wrong: float) -> None:
         coefficients = ENTRY.derive(ENTRY.configure(), setup.robot)
         start = TiltEstimate(float(truth[0]) + wrong, sample.gyro_y)
         state = ENTRY.reset(start, sample, coefficients)
-        assert state.tilt_variance > 0.2**2  # `tilt/valid` is false
+        assert state.tilt_variance > VALID_STDDEV**2
         rest = CorrectedTrack(track.stamps[1:], np.ascontiguousarray(track.columns[:, 1:]))
         estimate = run(rest, setup, state)
         square = np.square(estimate.tilt - truth[1:]) / estimate.tilt_variance
         assert np.mean(square[:400]) < 4.0
+
+
+@pytest.mark.parametrize(
+    ("readings", "stated"),
+    [
+        ({}, 0.05),
+        ({"gyro_y": 0.1}, 0.05),
+        ({"gyro_y": 0.2}, 0.3),
+        ({"accel_z": 1.03 * STANDARD_GRAVITY}, 0.3),  # 14 deg wrong, if it accelerates forward
+        ({"accel_z": 0.5 * STANDARD_GRAVITY}, 2.0),
+        ({"angle": 0.03}, 0.3),  # the reading does not show the tilt that it starts from
+    ],
+)
+def test_a_first_reading_of_rest_is_better_known(readings: dict[str, float], stated: float) -> None:
+    zeros = dict.fromkeys(CorrectedSample._fields, 0.0)
+    rest = {**zeros, "dt": 0.005, "accel_z": STANDARD_GRAVITY}
+    sample = CorrectedSample(**{**rest, **readings})
+    coefficients = ENTRY.derive(ENTRY.configure(), Setup().robot)
+    state = ENTRY.reset(TiltEstimate(0.0, sample.gyro_y), sample, coefficients)
+    assert state.tilt_variance == pytest.approx(stated**2)
 
 
 def test_covariance_stays_a_covariance() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..filters.base import Filter
-from ..pipeline.validity import VALID_STDDEV, begin, watch
+from ..pipeline.validity import VALID_STDDEV, begin, certain, watch
 from ..pipeline.watched_filter import SELF_JUDGED
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .tracks import CorrectedTrack, EstimateTrack
@@ -56,6 +56,5 @@ def trusted(
             found = begin(sample, estimate, unknown=found is not None)
         else:
             found = watch(found, sample, estimate, valid_stddev, judge)
-        own = estimate.tilt_variance <= valid_stddev * valid_stddev
-        valid.append(found.trusted > 0.0 and own)
+        valid.append(found.trusted > 0.0 and certain(found))
     return np.array(valid, dtype=bool)

@@ -77,13 +77,14 @@ from .inertial.navigation import (
 )
 from .inertial.parameters import Coefficients, Parameters, derive
 from .inertial.restart import (
+    LOST,
     begin_navigation,
     contradicted,
     first_covariance,
     restarted_at_vertical,
 )
 from .inertial.stillness import Stillness, begin_stillness, is_still, noticed, rest_variance
-from .inertial.strapdown import attitude_at, heading_of, tilt_ahead
+from .inertial.strapdown import Vector, attitude_at, heading_of, tilt_ahead
 from .inertial.vertical import (
     Vertical,
     agreed,
@@ -114,6 +115,11 @@ PERIOD = 0.0045
 """Shortest time between two updates of the Kalman filter [s]."""
 FIRST_TILT = 0.3
 """Standard deviation of a first tilt that says nothing of its own [rad]."""
+QUIET_TILT = 0.05
+"""The same where the first reading is that of a body at rest [rad]."""
+QUIET_RATE, QUIET_SHARE, QUIET_OFF = 0.15, 0.02, 0.02
+"""Such a reading turns less than the first [rad/s], differs from gravity by less than the second,
+and points less than the third from the first tilt [rad]."""
 UNKNOWN_TILT = 2.0
 """The same where the first specific force is not gravity's [rad]."""
 IMPLAUSIBLE = 0.4
@@ -127,6 +133,8 @@ LOST_TURN = 0.05
 UNSEEN_WITH_WHEELS = 0.3
 """Share of the variance of unseen turns that remains where wheels correct them that have never been
 found wrong."""
+UNSEEN_PROVEN = 0.1
+"""The same where they have proven right."""
 REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SEEN = 1.0
@@ -134,6 +142,8 @@ SEEN = 1.0
 led the navigation away from it [s]."""
 SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
+DRIFT = 0.002
+"""Growth of the variance by the first reading: it is soon as well known otherwise [rad^2/s]."""
 JUMP = 0.05
 """After a larger repair of the attitude the velocities of the wheels' check begin afresh [rad]."""
 
@@ -156,6 +166,8 @@ class State(NamedTuple):
     memory: LearntBefore
     clipping: Clipping
     gravity: FeltGravity
+    first: float
+    """Variance of the tilt by the first reading, with what the gyro has not seen since [rad^2]."""
     covariance: Array
     """Of the error vector of `error_state`, (26, 26)."""
 
@@ -166,9 +178,11 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     bias = (0.0, estimate.gyro_bias, 0.0)
     rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
     nav = begin_navigation(attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel), bias)
-    variance = FIRST_TILT * FIRST_TILT
+    variance = unsure = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
-        variance = estimate.tilt_variance
+        variance, unsure = estimate.tilt_variance, 0.0
+    elif _shows_rest(sample, rate, estimate.tilt):
+        variance = QUIET_TILT * QUIET_TILT
     elif not _shows_gravity(sample):
         variance = UNKNOWN_TILT * UNKNOWN_TILT
     now = read(nav, rate, sample)
@@ -181,22 +195,35 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         last=now,
         window=empty_window(),
         aiding=begin_aiding(sample),
-        vertical=begin_vertical(now.force, bias, variance),
+        vertical=begin_vertical(now.force, bias, max(variance, unsure)),
         stillness=begin_stillness(sample),
-        check=begin_check(),
+        check=begin_check(unsure),
         first_check=begin_check(),
         memory=begin_memory(nav),
         clipping=begin_clipping(sample),
         gravity=begin_gravity(),
+        first=variance,
         covariance=first_covariance(variance, c),
     )
 
 
 def _shows_gravity(sample: CorrectedSample) -> bool:
     """Return whether the specific force is about as long as gravity."""
+    return _off_gravity(sample) <= IMPLAUSIBLE
+
+
+def _off_gravity(sample: CorrectedSample) -> float:
+    """Return by which share of gravity the specific force is longer or shorter."""
     x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    force = math.sqrt(x * x + y * y + z * z)
-    return abs(force - STANDARD_GRAVITY) <= IMPLAUSIBLE * STANDARD_GRAVITY
+    return abs(math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0)
+
+
+def _shows_rest(sample: CorrectedSample, rate: Vector, tilt: float) -> bool:
+    """Return whether a body of that tilt that rests may have this reading, and few others."""
+    x, y, z = rate
+    turning, off = x * x + y * y + z * z, math.sin(0.5 * (tilt - sample.angle))
+    quiet = turning < QUIET_RATE * QUIET_RATE and _off_gravity(sample) < QUIET_SHARE
+    return quiet and abs(off) < 0.5 * QUIET_OFF
 
 
 def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
@@ -244,6 +271,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         memory=state.memory,
         clipping=clipping,
         gravity=gravity,
+        first=state.first + unseen + DRIFT * sample.dt,
         covariance=state.covariance,
     )
     was_saturated = state.aiding.saturated > 0.0
@@ -291,7 +319,7 @@ def _compared(
         c: coefficients.
     """
     nav, now, time, check = moved.navigation, moved.last, moved.window.time, moved.check
-    p = _propagated(moved, unseen, sample, c)
+    p, first = _propagated(moved, unseen, sample, c), moved.first
     error = np.zeros(STATES)
     wheels = usable_wheels(moved.aiding, sample) if believed(check) else 0.0
     aiding = _aided(p, error, moved, wheels, still, sample, c)
@@ -307,14 +335,18 @@ def _compared(
     astray = check.trust.ignored > 0.0 and check.trust.since <= time
     lost = sample.dt > GAP and unseen > LOST_TURN
     if astray or lost or off:
+        first = LOST
         afresh = restarted_at_vertical(fixed, vertical, p, moved.memory, lost, off, c)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)
     sound = (wheels == 0.0 or trustworthy(check)) and check.trust.doubted == 0.0 and strange < SOUND
     now = read(fixed, now.rate, sample)
-    sure = check.trust.total == 0.0 and (aiding.calm >= HOLD or check.trust.proven > PROVEN)
-    helped = wheels > 0.0 and sure
-    doubt = (UNSEEN_WITH_WHEELS if helped else 1.0) * unseen_variance(vertical)
+    right = check.trust.proven > PROVEN
+    sure = check.trust.total == 0.0 and (aiding.calm >= HOLD or right)
+    share = 1.0
+    if wheels > 0.0 and sure:
+        share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
+    doubt = share * min(unseen_variance(vertical), first)
     if wheels == 0.0:
         doubt += swayed_variance(vertical)
     elif not sure:
@@ -338,6 +370,7 @@ def _compared(
         memory=remembered(moved.memory, fixed, sound, time),
         clipping=moved.clipping,
         gravity=moved.gravity,
+        first=first,
         covariance=p,
     )
 

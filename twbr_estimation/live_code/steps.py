@@ -31,6 +31,7 @@ class Judged(NamedTuple):
     astray: float
     doubt: float
     missed: float
+    certain: float
 
 
 class StepLayouts(NamedTuple):
@@ -120,6 +121,7 @@ def filter_step(entry: Filter, self_judged: bool) -> Callable[..., None]:
                 now.astray,
                 now.doubt,
                 now.missed,
+                now.certain,
             ),
             results,
         )

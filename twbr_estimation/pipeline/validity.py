@@ -19,7 +19,11 @@ from . import unseen
 from .unseen import FREEZE, Stream, follow, misled, uncertainty, unseen_rotation
 
 VALID_STDDEV = 0.2
-"""Doubt of a tilt [rad] above which it is not trusted, unless a user sets another."""
+"""Deviation of a tilt [rad] above which it is not trusted, unless a user sets another."""
+EARNED_STDDEV = 0.08
+"""The filter's own deviation [rad] below which its tilt is trusted first, and again."""
+EARNED_TIME = 3.0
+"""A tilt that has been trusted for less is lost again at that deviation, too [s]."""
 CLEARED_STDDEV = 0.05
 """Doubt [rad] below which a tilt that was not trusted is trusted again."""
 CAUSE = 0.0125
@@ -94,6 +98,8 @@ class Watch(NamedTuple):
     """Gyro bias of the filter when there was last no doubt [rad/s]."""
     calm: float
     """Time since the last cause of doubt [s]."""
+    certain: float
+    """Time for which the filter's own deviation has let its tilt count [s]; below 0 while not."""
     reference: Reference
     stream: Stream
 
@@ -116,6 +122,7 @@ def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Wat
         BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
         0.0 if unknown else AFTERMATH,
+        _certain(-1.0, estimate.tilt_variance, 0.0, VALID_STDDEV),
         Reference(sample.angle, variance, variance),
         unseen.begin(sample),
     )
@@ -172,6 +179,7 @@ def watch(
         known,
         before.bias,
         calm,
+        _certain(before.certain, estimate.tilt_variance, sample.dt, valid_stddev),
         carried,
         stream,
     )
@@ -195,6 +203,7 @@ def _passed(now: Watch, self_judged: bool) -> Watch:
         known,
         now.bias,
         now.calm,
+        now.certain,
         Reference(wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter),
         now.stream,
     )
@@ -258,6 +267,7 @@ def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged
         now.known,
         bias,
         now.calm,
+        now.certain,
         now.reference,
         now.stream,
     )
@@ -267,6 +277,21 @@ def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
     """Return 1 or 0; trust that was lost returns at a smaller doubt than it is lost at."""
     limit = valid_stddev if before > 0.0 else min(CLEARED_STDDEV, valid_stddev)
     return 1.0 if doubt <= limit * limit else 0.0
+
+
+def _certain(before: float, variance: float, dt: float, valid_stddev: float) -> float:
+    """Return for how long the filter's own deviation has let its tilt count; see `Watch`.
+
+    What has just become certain may be so by a lie that is found out next, and a transient of a
+    tilt that has long been certain must not stop the motors.
+    """
+    limit = valid_stddev if before > EARNED_TIME else min(EARNED_STDDEV, valid_stddev)
+    return max(before, 0.0) + dt if variance <= limit * limit else -1.0
+
+
+def certain(now: Watch) -> bool:
+    """Whether the filter's own deviation lets its tilt count."""
+    return now.certain >= 0.0
 
 
 def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:

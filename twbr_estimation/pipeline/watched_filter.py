@@ -11,7 +11,16 @@ from ..robot import Robot
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .step_code import StepCode
 from .tilt_filter import TiltFilter
-from .validity import CLEARED_STDDEV, VALID_STDDEV, Watch, begin, restarted, watch, wrapped
+from .validity import (
+    CLEARED_STDDEV,
+    VALID_STDDEV,
+    Watch,
+    begin,
+    certain,
+    restarted,
+    watch,
+    wrapped,
+)
 
 SELF_JUDGED = ("ins_odometer",)
 """Filters that make up for saturated sensors by themselves and come back to gravity."""
@@ -27,7 +36,7 @@ class WatchedFilter(TiltFilter):
     _in_code = False
     """Whether state and judgement lie with the machine code."""
     _judged: tuple[float, ...] = ()
-    """Its latest results: estimate, trusted, astray, doubt, missed."""
+    """Its latest results: estimate, trusted, astray, doubt, missed, certain."""
 
     def __init__(
         self,
@@ -99,10 +108,17 @@ class WatchedFilter(TiltFilter):
 
     @property
     def trusted(self) -> bool:
-        """Whether the samples leave no doubt about the latest estimate."""
+        """Whether neither the samples nor its own deviation leave the latest estimate in doubt."""
         if self._in_code:
-            return self._judged[4] > 0.0
-        return self._watch is None or self._watch.trusted > 0.0
+            return self._judged[4] > 0.0 and self._judged[8] >= 0.0
+        return self._watch is None or (self._watch.trusted > 0.0 and certain(self._watch))
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the samples leave the latest estimate in doubt, whatever its own deviation."""
+        if self._in_code:
+            return self._judged[4] == 0.0
+        return self._watch is not None and self._watch.trusted == 0.0
 
     @property
     def doubt(self) -> float:
@@ -162,7 +178,8 @@ class WatchedFilter(TiltFilter):
         self._in_code = code.begin((self._coefficients, self._valid_stddev), (state, watched))
         if not self._in_code:
             self._code = None
-        self._judged = (*estimate_of(state), watched.trusted, 0.0, watched.doubt, 0.0)
+        judged = (watched.trusted, 0.0, watched.doubt, 0.0, watched.certain)
+        self._judged = (*estimate_of(state), *judged)
         return self._in_code
 
     def _compiled_step(self, code: StepCode, sample: CorrectedSample) -> TiltEstimate:

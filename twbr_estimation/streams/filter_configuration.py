@@ -11,6 +11,7 @@ from ..configuration.filter_settings import DEFAULT_FILTER, Settings
 from ..errors import ConfigurationError
 from ..filters.base import filter_named, listed_filters
 from ..parameters.bounds import Bounds, Meaning, require_bounds
+from ..pipeline.validity import VALID_STDDEV
 from ..robot import Robot
 
 ALL = "all"
@@ -53,8 +54,9 @@ class FilterSettings:
     ] = 0.03
     valid_stddev: Annotated[
         float,
-        Bounds(1e-6, math.pi, "rad", "Above this standard deviation the tilt is not valid"),
-    ] = 0.2
+        Bounds(1e-6, math.pi, "rad", "Above this standard deviation the tilt is not valid; it is "
+               "first, and again, below 0.08 rad of the filter's own"),
+    ] = VALID_STDDEV  # fmt: skip
     settings_dt: Annotated[
         float, Bounds(0.0, 10.0, "s", "Sampling period the filters were tuned at; 0 if unknown")
     ] = 0.0

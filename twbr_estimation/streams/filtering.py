@@ -157,7 +157,7 @@ class FilterStream:
 
     def distrust(self) -> str:
         """Return why the tilt is not valid."""
-        if self._active.trusted:
+        if not self._active.doubted:
             return "the filter does not trust its own estimate"
         return (
             "gaps, saturated or frozen readings, or disagreement with gravity leave the tilt in "

@@ -116,8 +116,8 @@ class WheelCheck(NamedTuple):
     """Largest variance of the tilt that the velocities remember [rad^2]."""
 
 
-def begin_check() -> WheelCheck:
-    """Begin with wheels that have proven nothing."""
+def begin_check(unsure: float = 0.0) -> WheelCheck:
+    """Begin with wheels that have proven nothing, at a variance of the tilt [rad^2]."""
     zeros = (0.0, 0.0, 0.0)
     return WheelCheck(
         known=0.0,
@@ -127,7 +127,7 @@ def begin_check() -> WheelCheck:
         waiting=PROBATION,
         trust=Trust(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN),
         steps=Steps(0.0, 0.0, FIRST_STEP),
-        unsure=0.0,
+        unsure=unsure,
     )
 
 

@@ -1,0 +1,62 @@
+"""By its own deviation a tilt is valid later than it stays so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from twbr_estimation.pipeline.validity import (
+    EARNED_STDDEV,
+    EARNED_TIME,
+    VALID_STDDEV,
+    begin,
+    certain,
+    watch,
+)
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
+
+DT = 0.01
+SMALL, BETWEEN, LARGE = 0.5 * EARNED_STDDEV, 0.5 * (EARNED_STDDEV + VALID_STDDEV), 0.25
+SHORT, LONG = 0.5 * EARNED_TIME, 2.0 * EARNED_TIME
+
+
+def verdicts(
+    phases: list[tuple[float, float]], valid_stddev: float = VALID_STDDEV
+) -> Iterator[bool]:
+    """Yield the verdict at the end of each phase: a stated deviation [rad] and its duration [s]."""
+    now, rest = None, dict.fromkeys(CorrectedSample._fields, 0.0)
+    sample = CorrectedSample(**{**rest, "dt": DT, "accel_z": STANDARD_GRAVITY})
+    for stddev, duration in phases:
+        estimate = TiltEstimate(0.0, 0.0, 0.0, stddev * stddev)
+        for _ in range(round(duration / DT)):
+            if now is None:
+                now = begin(sample, estimate, unknown=False)
+            else:
+                now = watch(now, sample, estimate, valid_stddev)
+        assert now is not None
+        yield certain(now)
+
+
+@pytest.mark.parametrize(
+    ("phases", "expected"),
+    [
+        ([(BETWEEN, LONG)], [False]),  # a young estimate that says so itself
+        ([(SMALL, DT)], [True]),
+        ([(0.0, DT)], [True]),  # a filter that states none
+        ([(BETWEEN, LONG), (SMALL, DT)], [False, True]),
+        ([(SMALL, SHORT), (BETWEEN, DT)], [True, False]),  # it was a lie that was found out
+        ([(SMALL, LONG), (BETWEEN, LONG)], [True, True]),  # no reason to stop the motors
+        ([(SMALL, LONG), (LARGE, DT)], [True, False]),
+        ([(SMALL, LONG), (LARGE, DT), (BETWEEN, LONG), (SMALL, DT)], [True, False, False, True]),
+    ],
+)
+def test_a_deviation_is_earned_small_and_lost_large(
+    phases: list[tuple[float, float]], expected: list[bool]
+) -> None:
+    assert list(verdicts(phases)) == expected
+
+
+def test_a_users_smaller_limit_holds_for_both() -> None:
+    limit = 0.5 * SMALL
+    assert list(verdicts([(0.9 * limit, LONG), (1.1 * limit, DT)], limit)) == [True, False]
