@@ -42,6 +42,8 @@ FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
 ROOM_PERIOD = 0.25
 """Time between two comparisons with the room [s]."""
+BALANCING_RATE = 1.0
+"""A body that turns faster may fall, and is neither slow nor where it was [rad/s]."""
 SIDE_SLIP = 0.1
 """Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
 EXCESS_MEAN = 0.8
@@ -327,7 +329,7 @@ def observe_room(
     slow: float,
     geometry: Geometry,
 ) -> None:
-    """A balancing robot stays about where it was, and is slow; wheels know better."""
+    """A balancing robot stays about where it was, and is slow, unless it falls; wheels know better."""
     x, y, z = nav.position
     forward, left = heading_of(now.body)
     gains, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
@@ -335,9 +337,11 @@ def observe_room(
     side = _displaced(-left, forward, 0.0)
     observe(p, error, side, x * left - y * forward, room * room, slow, gains)
     if wheels == 0.0:
+        turning = now.rate[0] * now.rate[0] + now.rate[1] * now.rate[1] + now.rate[2] * now.rate[2]
+        less = 1.0 + turning / (BALANCING_RATE * BALANCING_RATE)
         ahead = _displaced(forward, left, 0.0)
-        observe(p, error, ahead, -(x * forward + y * left), room * room, slow, gains)
-        variance = geometry.speed * geometry.speed
+        observe(p, error, ahead, -(x * forward + y * left), less * room * room, slow, gains)
+        variance = less * geometry.speed * geometry.speed
         for axis in range(VELOCITY, VELOCITY + 3):
             moving = Slopes((axis, axis, axis, axis), (1.0, 0.0, 0.0, 0.0))
             observe(p, error, moving, -nav.velocity[axis - VELOCITY], variance, slow, gains)
