@@ -329,7 +329,7 @@ def observe_room(
     slow: float,
     geometry: Geometry,
 ) -> None:
-    """A balancing robot stays about where it was, and is slow, unless it falls; wheels know better."""
+    """A balancing robot is slow and about where it was unless it falls; wheels know better."""
     x, y, z = nav.position
     forward, left = heading_of(now.body)
     gains, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
