@@ -26,8 +26,6 @@ except ImportError:
     print("live system: no ROS 2 here, so there is nothing to measure")
     sys.exit(0)
 
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import SetParameters
 from rows import row
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
@@ -55,8 +53,6 @@ INTERPRETED = [*OURS, "-p", "machine_code:=false"]
 ALONE, BESIDE = "correction + filter", "  all filters beside it"
 REQUIRED = {500.0: "1 / 1.1 / 1", 1000.0: "1 / 1.2 / 1"}
 """Of correction and filter in one process: p50, p99 and CPU over those of the bare relay."""
-LONGEST_WAIT = 1000.0
-"""Required of the latest sample while a parameter is set [us]."""
 WARM_UP = 0.3
 PREPARED = (CORRECTION, "ins_odometer")
 
@@ -92,7 +88,10 @@ class Subject:
     def __init__(self, name: str, arguments: list[str]) -> None:
         began = time.perf_counter()
         self.process = subprocess.Popen(
-            [sys.executable, str(SUBJECT), name, *arguments], stdout=subprocess.PIPE, text=True
+            [sys.executable, str(SUBJECT), name, *arguments],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONDONTWRITEBYTECODE": ""},  # modules are translated once
         )
         assert self.process.stdout is not None
         self.process.stdout.readline()
@@ -173,9 +172,9 @@ class Probe:
             due = begin + index * period
             while (left := due - time.perf_counter()) > 0.0:
                 self.executor.spin_once(timeout_sec=left)
-            sent[index] = self.publish(first + round(index * period * 1e9))
             if index == count // 2:
                 at_half()
+            sent[index] = self.publish(first + round(index * period * 1e9))
         return sent
 
 
@@ -239,41 +238,11 @@ def prepared(name: str) -> str:
     return "prepared" if loaded(name) else "not prepared"
 
 
-def set_parameter(probe: Probe) -> None:
-    """Print how late samples come at 1 kHz while a parameter is set, ten times, and while not."""
-    client = probe.node.create_client(SetParameters, "/filter_node/set_parameters")
-    subject = Subject("ours", OURS)
-    answers: list[Any] = []
-
-    def change() -> None:
-        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=0.02)
-        request = SetParameters.Request(parameters=[Parameter(name="tilt_stddev", value=value)])
-        answers.append(client.call_async(request))
-
-    try:
-        probe.shake_hands()
-        probe.spin_until(client.service_is_ready)
-        found: dict[bool, list[float]] = {True: [], False: []}
-        for setting in (False, True) * 10:
-            probe.heard.clear()
-            sent = probe.drive(1000.0, 0.2, change if setting else lambda: None)
-            probe.spin_until(lambda count=sent.size: len(probe.heard) >= count, 3.0)
-            if len(probe.heard) == sent.size:
-                found[setting].append(float(np.max(np.array(probe.heard) - sent)) * 1e-3)
-    finally:
-        subject.stop()
-    done = sum(each.done() and each.result().results[0].successful for each in answers)
-    usual, meanwhile = (float(np.median(found[each])) for each in (False, True))
-    row(
-        f"latest of 200 samples at 1 kHz while a parameter is set (median of {done})",
-        f"{meanwhile:.0f} us, {usual:.0f} us while none is",
-        f"{LONGEST_WAIT:g} us",
-    )
-
-
 def compare_starts(rounds: int) -> None:
     """Print start-up time and memory of the filter node beside those of an empty one."""
     found: dict[str, list[tuple[float, float, int]]] = {"empty": [], "filter_alone": []}
+    for name in found:
+        Subject(name, []).stop()
     for _ in range(rounds):
         for name, figures in found.items():
             subject = Subject(name, [])
@@ -306,7 +275,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=3, help="turns of each subject")
     parser.add_argument("--duration", type=float, default=4.0, help="of one turn [s]")
-    parser.add_argument("--only", choices=["running", "starts", "parameters", "endurance"])
+    parser.add_argument("--only", choices=["running", "starts", "endurance"])
     parser.add_argument("--long", action="store_true", help="also 10 minutes at 500 Hz")
     chosen: Any = parser.parse_args(arguments)
     os.environ["ROS_DOMAIN_ID"] = str(quiet_domain())
@@ -317,8 +286,6 @@ def main(arguments: list[str] | None = None) -> int:
     probe = Probe()
     if chosen.only in (None, "running"):
         compare_running(probe, chosen.rounds, chosen.duration)
-    if chosen.only in (None, "parameters"):
-        set_parameter(probe)
     if chosen.only in (None, "endurance"):
         endure(probe, 1000.0, 60.0)
     if chosen.long:

@@ -8,6 +8,14 @@ from collections.abc import Callable, Sequence
 from rclpy.node import Node
 
 DEPTH = 1000
+PARAMETERS = {
+    "tilt_stddev": 0.02,
+    "ins_odometer.wheel_noise": 0.002,
+    "kalman.q1": 1e-5,
+    "robot.wheel_radius": 0.04,
+}
+"""Parameters of `filter_node` that a bench sets, the relay's too: of the node, of the active
+filter, of another one and of the robot."""
 
 
 def relay() -> Node:
@@ -16,6 +24,8 @@ def relay() -> Node:
     from std_msgs.msg import Float64
 
     node = Node("relay")
+    for name, value in PARAMETERS.items():
+        node.declare_parameter(name, value)
     tilt = node.create_publisher(Float64, "tilt", DEPTH)
     imu = node.create_publisher(Imu, "imu/data", DEPTH)
     value = Float64()

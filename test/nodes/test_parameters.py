@@ -14,8 +14,8 @@ from twbr_estimation.errors import ConfigurationError
 from twbr_estimation.filters.base import filter_named
 from twbr_estimation.nodes.declarations import (
     declarations_of,
-    declared_values_from,
     named_declarations_of,
+    parameters_from,
     settings_from,
 )
 from twbr_estimation.nodes.filter_parameters import declare_filter_parameters
@@ -29,7 +29,8 @@ def _setup_parameters(node: Node, applied: list[Setup]) -> NodeParameters[Setup]
     return NodeParameters(
         node,
         declarations_of(Setup()),
-        lambda values: settings_from(Setup(), values),
+        Setup(),
+        settings_from,
         applied.append,
     )
 
@@ -109,11 +110,12 @@ def test_filter_parameters_are_refused_outside_their_bounds(graph: Any, value: f
     parameters = NodeParameters(
         node,
         named_declarations_of(KALMAN),
-        lambda values: declared_values_from(KALMAN, values),
+        {},
+        lambda former, values: parameters_from({KALMAN.name: KALMAN}, former, values),
     )
     (result,) = node.set_parameters([Parameter("alpha_beta_wb.alpha", value=value)])
     assert not result.successful and "alpha_beta_wb.alpha" in result.reason
-    assert parameters.current == KALMAN.configure()
+    assert parameters.current == {KALMAN.name: KALMAN.configure()._asdict()}
 
 
 def test_descriptors_carry_description_unit_and_limits(graph: Any) -> None:
@@ -121,7 +123,8 @@ def test_descriptors_carry_description_unit_and_limits(graph: Any) -> None:
     NodeParameters(
         node,
         named_declarations_of(KALMAN) + declarations_of(Setup(), read_only=True),
-        lambda values: None,
+        None,
+        lambda former, values: None,
     )
     request = DescribeParameters.Request(names=["alpha_beta_wb.beta", "robot.wheel_radius"])
     response = graph.call(DescribeParameters, "/subject/describe_parameters", request)
@@ -149,11 +152,11 @@ def test_a_bad_initial_value_is_one_clear_error(
 def test_a_request_is_built_once(graph: Any) -> None:
     node, built, applied = graph.add(Node("subject", **graph.options())), [0], []
 
-    def build(values: Any) -> Setup:
+    def build(former: Setup, values: Any) -> Setup:
         built[0] += 1
-        return settings_from(Setup(), values)
+        return settings_from(former, values)
 
-    parameters = NodeParameters(node, declarations_of(Setup()), build, applied.append)
+    parameters = NodeParameters(node, declarations_of(Setup()), Setup(), build, applied.append)
     built[0] = 0
     (result,) = node.set_parameters([Parameter("robot.wheel_radius", value=0.06)])
     assert result.successful and built[0] == 1
@@ -162,8 +165,44 @@ def test_a_request_is_built_once(graph: Any) -> None:
 
 def test_a_change_builds_only_the_filter_that_it_concerns(graph: Any) -> None:
     node, applied = graph.add(Node("filter_node", **graph.options())), []
-    before = declare_filter_parameters(node, applied.append).current.filters.parameters
+    former = declare_filter_parameters(node, applied.append).current
     (result,) = node.set_parameters([Parameter("kalman.q1", value=2e-5)])
-    after = applied[0].filters.parameters
+    before, after = former.filters.parameters, applied[0].filters.parameters
     assert result.successful and after["kalman"]["q1"] == 2e-5 != before["kalman"]["q1"]
     assert [name for name in after if after[name] is not before[name]] == ["kalman"]
+    assert applied[0].setup is former.setup
+    assert applied[0].filters.settings is former.filters.settings
+
+
+def test_a_change_of_the_robot_builds_neither_calibration_nor_filters(graph: Any) -> None:
+    node, applied = graph.add(Node("filter_node", **graph.options())), []
+    former = declare_filter_parameters(node, applied.append).current
+    (result,) = node.set_parameters([Parameter("robot.wheel_radius", value=0.05)])
+    (after,) = applied
+    assert result.successful and after.setup.robot.wheel_radius == 0.05
+    assert after.filters.robot is after.setup.robot
+    assert after.setup.calibration is former.setup.calibration
+    assert after.setup.correction is former.setup.correction
+    for name, each in former.filters.parameters.items():
+        assert after.filters.parameters[name] is each
+
+
+def test_values_set_one_after_the_other_all_hold(graph: Any) -> None:
+    node, applied = graph.add(Node("filter_node", **graph.options())), []
+    parameters = declare_filter_parameters(node, applied.append)
+    wanted = {
+        "kalman.q1": 2e-5,
+        "kalman.r": 1e-4,
+        "robot.wheel_radius": 0.05,
+        "robot.track_width": 0.2,
+        "correction.euler": False,
+        "tilt_stddev": 0.05,
+    }
+    for name, value in wanted.items():
+        assert node.set_parameters([Parameter(name, value=value)])[0].successful
+    (refused,) = node.set_parameters([Parameter("kalman.q2", value=-1.0)])
+    assert not refused.successful and len(applied) == len(wanted)
+    filters, setup = parameters.current
+    assert (filters.parameters["kalman"]["q1"], filters.parameters["kalman"]["r"]) == (2e-5, 1e-4)
+    assert (setup.robot.wheel_radius, setup.robot.track_width) == (0.05, 0.2)
+    assert not setup.correction.euler and filters.settings.tilt_stddev == 0.05

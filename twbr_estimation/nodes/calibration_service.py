@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,8 @@ class CalibrationService:
         self._stillness = NodeParameters(
             node,
             declarations_of(defaults, "stillness."),
-            lambda values: settings_from(defaults, values, "stillness."),
+            defaults,
+            partial(settings_from, prefix="stillness."),
         )
         name = declare(node, CALIBRATION_FILE)
         self._path = Path(name).expanduser() if name else None

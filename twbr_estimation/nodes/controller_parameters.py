@@ -19,8 +19,8 @@ from ..streams.control.motors import ControlConfiguration, ControlSettings
 from ..streams.inputs import JointSettings
 from .declarations import (
     declarations_of,
-    declared_values_from,
     named_declarations_of,
+    parameters_from,
     settings_from,
     with_choices,
 )
@@ -92,7 +92,7 @@ def declare_controller_parameters(
     ]
     for entry in listed_controllers().values():
         declared.extend(named_declarations_of(entry))
-    return NodeParameters(node, declared, _configuration, apply)
+    return NodeParameters(node, declared, ControlConfiguration(), _configuration, apply)
 
 
 def prepare(configuration: ControlConfiguration) -> None:
@@ -100,21 +100,19 @@ def prepare(configuration: ControlConfiguration) -> None:
     balance = configuration.balance
     for name, entry in listed_controllers().items():
         with suppress(TwbrError):  # reported when it is switched to
-            parameters = entry.configure(balance.parameters[name])
+            parameters = entry.configure(balance.parameters.get(name))
             entry.coefficients(parameters, balance.robot, balance.settings.period)
 
 
-def _configuration(values: Mapping[str, Any]) -> ControlConfiguration:
-    settings = settings_from(BalanceSettings(), values)
-    robot = settings_from(Robot(), values, ROBOT)
-    parameters = {
-        name: declared_values_from(entry, values)._asdict()
-        for name, entry in listed_controllers().items()
-    }
+def _configuration(former: ControlConfiguration, values: Mapping[str, Any]) -> ControlConfiguration:
+    balance = former.balance
+    settings = settings_from(balance.settings, values)
+    robot = settings_from(balance.robot, values, ROBOT)
+    parameters = parameters_from(listed_controllers(), balance.parameters, values)
     entry = controller_named(settings.controller)
     # What cannot be derived must be refused here, before anything has changed.
-    entry.coefficients(entry.configure(parameters[entry.name]), robot, settings.period)
+    entry.coefficients(entry.configure(parameters.get(entry.name)), robot, settings.period)
     return ControlConfiguration(
-        settings_from(ControlSettings(), values),
+        settings_from(former.control, values),
         BalanceConfiguration(settings, parameters, robot),
     )

@@ -62,7 +62,8 @@ class CorrectionNode(GuardedNode):
         setup = NodeParameters(
             self,
             declarations_of(Setup()),
-            lambda values: settings_from(Setup(), values),
+            Setup(),
+            settings_from,
             self._configure,
         )
         self._checks = LiveChecks(setup.current)

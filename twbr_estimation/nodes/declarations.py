@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from ..errors import ConfigurationError
@@ -98,40 +99,69 @@ def named_declarations_of(entry: Filter | Controller) -> tuple[Declaration, ...]
     )
 
 
-def settings_from(defaults: Settings, values: Mapping[str, Any], prefix: str = "") -> Settings:
-    """Return the settings dataclass with the values given; the inverse of `declarations_of`.
+def settings_from(former: Settings, values: Mapping[str, Any], prefix: str = "") -> Settings:
+    """Return a settings dataclass with the values given; the inverse of `declarations_of`.
+
+    A nested dataclass of which `values` has nothing stays the same object, unchecked.
 
     Args:
-        defaults: Instance whose fields are kept where `values` has nothing.
+        former: Instance whose fields are kept where `values` has nothing.
         values: ROS parameter values by full name; names of others are ignored.
         prefix: As given to `declarations_of`.
 
     Raises:
         ConfigurationError: a value the settings refuse.
     """
+    kind: Any = type(former)
+    known = _field_names(kind)
     changes: dict[str, Any] = {}
-    for entry in fields(defaults):  # type: ignore[arg-type]
-        default, name = getattr(defaults, entry.name), prefix + entry.name
-        if is_dataclass(default):
-            changes[entry.name] = settings_from(default, values, f"{name}.")
-        elif name in values:
-            changes[entry.name] = _converted(name, values[name], default)
-        else:
-            changes[entry.name] = default
-    return type(defaults)(**changes)
+    for full_name, value in values.items():
+        if not full_name.startswith(prefix):
+            continue
+        name, nested, _ = full_name[len(prefix) :].partition(".")
+        if name not in known or name in changes:
+            continue
+        kept = getattr(former, name)
+        changes[name] = (
+            settings_from(kept, values, f"{prefix}{name}.")
+            if nested
+            else _converted(full_name, value, kept)
+        )
+    return replace(former, **changes) if changes else former  # type: ignore[type-var]
 
 
-def declared_values_from(entry: Filter | Controller, values: Mapping[str, Any]) -> Any:
-    """Return the validated parameters of a filter or controller from values by full name.
+@cache
+def _field_names(kind: Any) -> frozenset[str]:
+    return frozenset(entry.name for entry in fields(kind))
+
+
+def parameters_from(
+    entries: Mapping[str, Filter] | Mapping[str, Controller],
+    former: Mapping[str, Mapping[str, float]],
+    values: Mapping[str, Any],
+) -> Mapping[str, Mapping[str, float]]:
+    """Return the parameters of filters or controllers with the values given.
+
+    Those of which `values` has nothing stay the same object, unchecked.
+
+    Args:
+        entries: Definitions by name.
+        former: Parameter values by name of the definition.
+        values: ROS parameter values by full name; names of others are ignored.
 
     Raises:
-        ConfigurationError: outside its bounds.
+        ConfigurationError: a value outside its bounds.
     """
-    names = [parameter.name for parameter in entry.declared()]
-    prefix = f"{entry.name}."
-    return entry.configure(
-        {name: values[prefix + name] for name in names if prefix + name in values}
-    )
+    given: dict[str, dict[str, float]] = {}
+    for full_name, value in values.items():
+        owner, _, name = full_name.partition(".")
+        if owner in entries:
+            given.setdefault(owner, {})[name] = value
+    changed = {
+        owner: entries[owner].configure({**former.get(owner, {}), **each})._asdict()
+        for owner, each in given.items()
+    }
+    return {**former, **changed}
 
 
 def _converted(name: str, value: Any, default: Any) -> Any:

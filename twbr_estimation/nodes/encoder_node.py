@@ -53,15 +53,19 @@ class EncoderNode(DeviceNode):
         """When the last message went out, on the steady clock [s]."""
         self._tallies: dict[str, Tally] = {}
         """Errors of encoders that have been closed meanwhile, by joint."""
-        self.parameters = NodeParameters(self, declarations_of(JointEncoderSettings()), self._build)
+        self.parameters = NodeParameters(
+            self, declarations_of(JointEncoderSettings()), JointEncoderSettings(), self._build
+        )
         self._joints: tuple[str, ...] = ()
         self._diagnostics = Diagnostics(self, self.report, "encoders")
         self.create_service(Trigger, "~/set_zero", self._set_zero)
         self.begin()
 
-    def _build(self, values: Mapping[str, Any]) -> JointEncoderSettings:
-        settings = settings_from(JointEncoderSettings(), values)
-        if self.is_open and settings != self.parameters.current:
+    def _build(
+        self, former: JointEncoderSettings, values: Mapping[str, Any]
+    ) -> JointEncoderSettings:
+        settings = settings_from(former, values)
+        if self.is_open and settings != former:
             raise ConfigurationError("the encoders can only change while the node is unconfigured")
         return settings
 

@@ -106,16 +106,20 @@ class Mpu6050Node(DeviceNode):
             Temperature, "imu/temperature", published(), qos_overriding_options=overridable()
         )
         self.parameters = NodeParameters(
-            self, declarations_of(Mpu6050NodeSettings()), self._build, self._apply
+            self,
+            declarations_of(Mpu6050NodeSettings()),
+            Mpu6050NodeSettings(),
+            self._build,
+            self._apply,
         )
         self._apply(self.parameters.current)
         self._diagnostics = Diagnostics(self, self.report, self._hardware_id())
         self.begin()
 
-    def _build(self, values: Mapping[str, Any]) -> Mpu6050NodeSettings:
-        settings = settings_from(Mpu6050NodeSettings(), values)
+    def _build(self, former: Mpu6050NodeSettings, values: Mapping[str, Any]) -> Mpu6050NodeSettings:
+        settings = settings_from(former, values)
         if self.is_open:
-            old, new = asdict(self.parameters.current), asdict(settings)
+            old, new = asdict(former), asdict(settings)
             for name in AT_ANY_TIME:
                 del old["mpu6050"][name], new["mpu6050"][name]
             for name in ("frame_id", "robot"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 from rcl_interfaces.msg import (
@@ -45,8 +46,9 @@ def descriptor_of(declaration: Declaration) -> ParameterDescriptor:
 class NodeParameters(Generic[Built]):
     """Keeps a node's parameters and the object built from them in step.
 
-    A request, of one parameter or of many, is turned into a candidate by `build`. If that
-    raises, the request is refused with the error's text and nothing changes. If it passes,
+    A request, of one parameter or of many, is turned into a candidate by `build`, which gets the
+    values of that request alone: what they do not concern is neither checked nor built again. If
+    it raises, the request is refused with the error's text and nothing changes. If it passes,
     `apply` receives the new object once, after ROS has stored the values.
     """
 
@@ -54,7 +56,8 @@ class NodeParameters(Generic[Built]):
         self,
         node: Node,
         declarations: Iterable[Declaration],
-        build: Callable[[Mapping[str, Any]], Built],
+        start: Built,
+        build: Callable[[Built, Mapping[str, Any]], Built],
         apply: Callable[[Built], None] | None = None,
     ) -> None:
         """Declare the parameters and build from their first values; `apply` is not called.
@@ -62,56 +65,52 @@ class NodeParameters(Generic[Built]):
         Args:
             node: The node that gets the parameters.
             declarations: What to declare.
-            build: Turns values by full name into what the node needs. Must change nothing.
+            start: Holds the defaults.
+            build: build(former, values): what the node needs, made of what it has so far and of
+                the values given, by full name; arrays are tuples. Must change nothing.
             apply: Takes over a changed object.
 
         Raises:
             ConfigurationError: an initial value of the wrong type or outside its limits.
         """
-        self._defaults = {each.name: each for each in declarations}
-        self._values: Mapping[str, Any] = {
-            name: declare(node, each) for name, each in self._defaults.items()
-        }
+        self._declared = {each.name: each for each in declarations}
+        values = {name: declare(node, each) for name, each in self._declared.items()}
         self._build = build
         self._apply = apply
         self._checked: tuple[Mapping[str, Any], Built] | None = None
-        self.current: Built = build(self._values)
+        self.current: Built = build(start, values)
         """Result of `build` for the values now in force."""
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._on_changed)
 
-    @property
-    def values(self) -> Mapping[str, Any]:
-        """The values in force by full name; arrays as tuples."""
-        return self._values
+    def _own(self, changes: list[Parameter]) -> dict[str, Any]:
+        """Return the values of those that are declared here.
 
-    def _merged(self, changes: list[Parameter]) -> dict[str, Any] | None:
-        mine = {each.name: each for each in changes if each.name in self._defaults}
-        if not mine:
-            return None
-        given = {name: _plain(each.value) for name, each in mine.items()}
+        Raises:
+            ConfigurationError: an array of another length than declared.
+        """
+        given = {each.name: _plain(each.value) for each in changes if each.name in self._declared}
         for name, value in given.items():
-            require_length(self._defaults[name], value)
-        return {**self._values, **given}
+            require_length(self._declared[name], value)
+        return given
 
     def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
         try:
-            values = self._merged(changes)
-            if values is not None:
-                self._checked = values, self._build(values)
+            if given := self._own(changes):
+                self._checked = given, self._build(self.current, given)
         except TwbrError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _on_changed(self, changes: list[Parameter]) -> None:
-        values = self._merged(changes)
-        if values is None:
+        given = self._own(changes)
+        if not given:
             return
         checked, self._checked = self._checked, None
-        if checked is not None and checked[0] == values:
-            self._values, self.current = checked  # built when the request was checked
+        if checked is not None and checked[0] == given:
+            self.current = checked[1]  # built when the request was checked
         else:
-            self._values, self.current = values, self._build(values)
+            self.current = self._build(self.current, given)
         if self._apply is not None:
             self._apply(self.current)
 
@@ -241,6 +240,4 @@ def declare_settings(node: Node, defaults: Settings, prefix: str = "") -> Settin
         ConfigurationError: a value that is refused.
     """
     declared = declarations_of(defaults, prefix, read_only=True)
-    return NodeParameters(
-        node, declared, lambda values: settings_from(defaults, values, prefix)
-    ).current
+    return NodeParameters(node, declared, defaults, partial(settings_from, prefix=prefix)).current

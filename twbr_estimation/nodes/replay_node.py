@@ -149,11 +149,11 @@ class ReplayNode(GuardedNode):
         fixed = tuple(sorted(names - set(CHANGEABLE)))
         declared = declarations_of(ReplaySettings(), only=CHANGEABLE)
         declared += declarations_of(ReplaySettings(), read_only=True, only=fixed)
-        parameters = NodeParameters(self, declared, self._build, self._apply)
+        parameters = NodeParameters(self, declared, ReplaySettings(), self._build, self._apply)
         return parameters.current
 
-    def _build(self, values: Mapping[str, Any]) -> ReplaySettings:
-        settings = settings_from(ReplaySettings(), values)
+    def _build(self, former: ReplaySettings, values: Mapping[str, Any]) -> ReplaySettings:
+        settings = settings_from(former, values)
         if not settings.bag:
             raise ConfigurationError("bag: name the recording to play")
         return settings

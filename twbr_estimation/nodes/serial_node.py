@@ -113,7 +113,9 @@ class SerialNode(DeviceNode):
     def __init__(self, **options: Any) -> None:
         """Create the node."""
         super().__init__("serial_node", **options)
-        self.settings = NodeParameters(self, declarations_of(SerialSettings()), self._build)
+        self.settings = NodeParameters(
+            self, declarations_of(SerialSettings()), SerialSettings(), self._build
+        )
         self._port: Any = None
         self._stream: PortStream | None = None
         self._opened = 0
@@ -124,9 +126,9 @@ class SerialNode(DeviceNode):
         self._diagnostics = Diagnostics(self, self.report, "serial port")
         self.begin()
 
-    def _build(self, values: Mapping[str, Any]) -> SerialSettings:
-        settings = settings_from(SerialSettings(), values)
-        if self.is_open and settings != self.settings.current:
+    def _build(self, former: SerialSettings, values: Mapping[str, Any]) -> SerialSettings:
+        settings = settings_from(former, values)
+        if self.is_open and settings != former:
             raise ConfigurationError("the port can only change while the node is unconfigured")
         return settings
 

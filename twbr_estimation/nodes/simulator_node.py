@@ -11,7 +11,7 @@ chips; then the drivers publish `imu/data_raw` and `joint_states`.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -38,7 +38,7 @@ from .diagnostics import Diagnostics, Level, Report
 from .encoder_node import EncoderNode
 from .guard import GuardedNode
 from .mpu6050_node import Mpu6050Node
-from .parameters import NodeParameters
+from .parameters import NodeParameters, declare_settings
 from .qos import latched, listen, overridable, published
 from .spin import run
 from .watchdog import PERIOD, wall_timer
@@ -60,13 +60,10 @@ class SimulatorNode(GuardedNode):
             ConfigurationError: a parameter that cannot be used.
         """
         super().__init__("simulator_node", **options)
-        declared = (
-            *declarations_of(SimulatorSettings(), read_only=True),
-            *declarations_of(Robot(), "robot.", read_only=True),
-        )
-        settings, robot = NodeParameters(self, declared, _fixed).current
+        settings = declare_settings(self, SimulatorSettings())
+        robot = declare_settings(self, Robot(), "robot.")
         self._disturbance = NodeParameters(
-            self, declarations_of(Disturbance()), lambda given: settings_from(Disturbance(), given)
+            self, declarations_of(Disturbance()), Disturbance(), settings_from
         )
         self.settings = settings
         self.simulator = Simulator(settings, robot)
@@ -260,10 +257,6 @@ class SimulatorNode(GuardedNode):
         if simulator.cut:
             return Report(Level.WARN, "motors cut: no motor/command", values)
         return Report(Level.OK, "running", values)
-
-
-def _fixed(values: Mapping[str, Any]) -> tuple[SimulatorSettings, Robot]:
-    return settings_from(SimulatorSettings(), values), settings_from(Robot(), values, "robot.")
 
 
 def compose(**options: Any) -> list[Node]:

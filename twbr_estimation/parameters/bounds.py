@@ -93,12 +93,12 @@ def require_bounds(settings: object, prefix: str = "") -> None:
 
 def _settled(name: str, value: Any, hint: Any, annotation: Bounds | Meaning) -> Any:
     """Return `value` as the type `hint`: number, switch, text, choice, or a tuple of one kind."""
+    if hint is float and isinstance(annotation, Bounds):  # the most frequent first
+        return within(name, value, annotation)
     if get_origin(hint) is tuple:
         return _elements(name, value, get_args(hint), annotation)
     if isinstance(annotation, Bounds):
         number = within(name, value, annotation)
-        if hint is not int:
-            return number
         if number != int(number):
             raise ConfigurationError(f"{name}: {shown(value)} is no whole number")
         return int(number)

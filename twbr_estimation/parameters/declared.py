@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -148,12 +149,15 @@ def alone(package: str, attribute: str, name: str) -> Any | None:
 
     None where there is no such file, or what it defines has another name.
     """
-    folder = import_module(package)
     if not isinstance(name, str) or not name.isidentifier():
         return None
-    if not any(Path(place, f"{name}.py").is_file() for place in folder.__path__):
-        return None
-    found = getattr(import_module(f"{package}.{name}"), attribute, None)
+    module = sys.modules.get(f"{package}.{name}")
+    if module is None:
+        places = import_module(package).__path__
+        if not any(Path(place, f"{name}.py").is_file() for place in places):
+            return None
+        module = import_module(f"{package}.{name}")
+    found = getattr(module, attribute, None)
     return found if getattr(found, "name", None) == name else None
 
 

@@ -74,23 +74,27 @@ class FilterStream:
         Raises:
             ConfigurationError: a value out of bounds; nothing changed.
         """
-        before = self._configuration
+        before, settings = self._configuration, configuration.settings
         for name, values in configuration.parameters.items():
             if values != before.parameters.get(name):
                 filter_named(name).configure(values)
         self._configuration = configuration
+        other_robot = configuration.robot != before.robot
         for running in self._running():
             values = configuration.parameters.get(running.name, {})
             if values != before.parameters.get(running.name, {}):
                 running.configure(values)
-            running.valid_stddev = configuration.settings.valid_stddev
-            if configuration.robot != before.robot:
+            if running.valid_stddev != settings.valid_stddev:
+                running.valid_stddev = settings.valid_stddev
+            if other_robot:
                 running.use_robot(configuration.robot)
-                self.checks.restart()
-        self._switch(configuration.settings.filter)
+        if other_robot:
+            self.checks.restart()
+        if settings == before.settings:
+            return
+        self._switch(settings.filter)
         self._beside = {
-            name: self._beside.get(name) or self._prepared(name)
-            for name in configuration.settings.compared()
+            name: self._beside.get(name) or self._prepared(name) for name in settings.compared()
         }
 
     def _switch(self, name: str) -> None:

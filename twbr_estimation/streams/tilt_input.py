@@ -42,8 +42,8 @@ class TiltInput:
         self._correction = CorrectionStream(
             setup, settings.wheel_wait, loop_period=settings.loop_period, checks=self.checks
         )
-        self._robot = setup.robot
-        self._wheels = wheel_input(settings, lambda: self._robot.wheel_radius)
+        self._setup = setup
+        self._wheels = wheel_input(settings, lambda: self._setup.robot.wheel_radius)
         self._stamping = Stamping(settings.stamps, "imu/data_raw")
 
     @property
@@ -71,8 +71,10 @@ class TiltInput:
 
     def configure(self, setup: Setup) -> None:
         """Correct raw messages with another setup from the next one on."""
+        if setup is self._setup:
+            return
+        self._setup = setup
         self._correction.configure(setup)
-        self._robot = setup.robot
 
     def add_temperature(self, data: bytes) -> None:
         """Take a serialised Temperature of the IMU, for raw messages.
