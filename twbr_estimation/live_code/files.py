@@ -18,7 +18,6 @@ from itertools import starmap
 from pathlib import Path
 from typing import NamedTuple
 
-from ..disk.writing import whole_file
 from ..errors import WritingError
 
 SOURCES = (
@@ -129,6 +128,8 @@ def saved(name: str, made: str, code: ObjectCode, ending: str = STEP) -> Path | 
 
 def _write(path: Path, content: bytes) -> None:
     """Write a file whole or not at all, for its owner to write and for all to read."""
+    from ..disk.writing import whole_file  # a node that only reads starts without it
+
     with whole_file(path, len(content)) as temporary:
         temporary.write_bytes(content)
         temporary.chmod(0o644)
