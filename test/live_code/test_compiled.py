@@ -15,7 +15,7 @@ from twbr_estimation.errors import WorkerError
 from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.live_code import files, loading
 from twbr_estimation.live_code.checking import check, corrected_samples
-from twbr_estimation.live_code.precompile import _named, compiled
+from twbr_estimation.live_code.precompile import compiled, names_of
 from twbr_estimation.live_code.providing import (
     BackgroundSteps,
     compiled_correction,
@@ -78,7 +78,7 @@ def test_everything_that_may_change_between_two_samples(folder: Path) -> None:
         assert interpreted.step(sample) == by_code.step(sample), index
         assert (interpreted.trusted, interpreted.doubt) == (by_code.trusted, by_code.doubt)
     assert interpreted.lost == by_code.lost and interpreted.restarts == by_code.restarts
-    assert interpreted.state == by_code.state and interpreted._watch == by_code._watch
+    assert interpreted.state == by_code.state
 
 
 def test_a_filter_gone_astray_is_put_right_in_both(folder: Path) -> None:
@@ -104,7 +104,10 @@ def test_a_successor_takes_the_estimate_over(folder: Path) -> None:
         successor.succeed(before, DRIVE[300])
     first, second = successors
     assert first.estimate is not None and first.estimate == second.estimate
-    assert first._watch is not None and first._watch == second._watch
+    assert (first.trusted, first.doubt) == (second.trusted, second.doubt)
+    for sample in DRIVE[300:600]:
+        assert first.step(sample) == second.step(sample)
+        assert (first.trusted, first.doubt) == (second.trusted, second.doubt)
 
 
 def test_coefficients_of_another_shape_are_interpreted(folder: Path) -> None:
@@ -194,5 +197,5 @@ def test_a_process_without_any_is_ready_at_once(
 
 
 def test_all_stands_for_every_filter_that_a_user_chooses_among() -> None:
-    assert _named(["all", "kalman"]) == list(listed_filters())
-    assert _named([]) == ["ins_odometer"]
+    assert names_of(["all", "kalman"]) == list(listed_filters())
+    assert names_of([]) == ["ins_odometer"]

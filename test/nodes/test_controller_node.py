@@ -138,13 +138,17 @@ def test_an_invalid_tilt_cuts(graph: Any, balanced: Any) -> None:
     node, robot = balanced
     valid = graph.probe.create_publisher(Bool, "tilt/valid", 10)
     graph.settle()
+
+    def cut() -> bool:
+        robot.run(0.005)
+        return bool(robot.commands[-1] == CUT)
+
     valid.publish(Bool(data=False))
-    graph.spin_until(lambda: not node._stream._balance._valid)
-    robot.run(0.02)
-    assert robot.commands[-1] == CUT
+    graph.spin_until(cut)
+    assert "not valid" in node.report().message
     valid.publish(Bool(data=True))
     robot.robot.push(1.0)
-    graph.spin_until(lambda: node._stream._balance._valid)
+    graph.spin_until(lambda: not cut())
     assert upright(robot.run(1.0)) and robot.commands[-1] != CUT
 
 

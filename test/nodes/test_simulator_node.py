@@ -203,7 +203,7 @@ def test_a_dead_band_that_never_releases_the_hand_is_explained(graph: Any) -> No
     node = simulator_in(graph, paused=True)
     for _ in range(400):
         node.simulator.command((0.0, 0.0))
-    node._paused = False
+    trigger(graph, "resume")
     assert node.report().level is Level.OK
     node.simulator.command((0.0, 0.0))
     assert node.report().level is Level.WARN and "dead band" in node.report().message

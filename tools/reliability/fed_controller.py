@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -101,7 +100,3 @@ class FedController:
     def since(self, start: float) -> list[tuple[float, ...]]:
         """Return the commands since a time."""
         return [command for at, command, _ in self.commands if at >= start]
-
-    def stopped_after(self, cause: float) -> float:
-        """Return when the last command that drives came, after the cause [s]."""
-        return max((at for at, each, _ in self.commands if any(each)), default=-math.inf) - cause

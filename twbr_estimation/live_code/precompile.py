@@ -69,7 +69,7 @@ def prepare(name: str) -> None:
         raise WorkerError(f"{name}: the compiled step cannot be used: {result.stderr[-500:]}")
 
 
-def _named(names: Sequence[str]) -> list[str]:
+def names_of(names: Sequence[str]) -> list[str]:
     """Return the filters of these names; `all` stands for those a user chooses among."""
     found = [listed_filters() if name == "all" else (name,) for name in names or DEFAULT]
     return list(dict.fromkeys(name for each in found for name in each))
@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if chosen.check:
             check(chosen.check)
             return 0
-        for name in (CORRECTION, *_named(chosen.names)):
+        for name in (CORRECTION, *names_of(chosen.names)):
             print(f"{name} ...", end=" ", flush=True)
             prepare(name)
             print("ready", flush=True)
