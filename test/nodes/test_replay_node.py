@@ -114,7 +114,7 @@ def test_pause_is_reported_at_once_and_an_end_as_an_end(graph: Any, tmp_path: Pa
     imu = graph.collect(Imu, "imu/data_raw")
     reports = graph.collect(DiagnosticArray, "/diagnostics")
     node = replay(graph, make_bag(tmp_path, 4000), paused=True)
-    graph.spin_until(lambda: node.report().message == "playing")
+    graph.spin_until(lambda: node._state == "playing")
     node._diagnostics._timer.cancel()  # what comes now comes of the services
     graph.call(Trigger, "/replay_node/resume", Trigger.Request())
     graph.spin_until(lambda: reports and reports[-1].status[0].message == "playing")

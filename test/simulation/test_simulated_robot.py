@@ -24,9 +24,8 @@ def driven(world: str, seed: int, dt: float, duration: float, *, compiled: bool)
     gains, pending = balance_gains(robot.plant, period), 0.0
     readings = [robot.reading]
     for _ in range(round(duration / period)):
-        state = robot._state.plant
         pending = 0.0 if robot.held else balance_voltage(
-            state, *robot.commanded_target, pending, gains, robot.plant.supply_voltage
+            robot.truth, *robot.commanded_target, pending, gains, robot.plant.supply_voltage
         )  # fmt: skip
         readings += robot.advance((pending, pending), period)
     return robot, readings
