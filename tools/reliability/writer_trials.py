@@ -30,6 +30,8 @@ FAULTS_A_STAGE = 6
 """Calls of a stage that fail, one in each try, spread over all of them."""
 PATIENCE = 60.0
 """Time after which a process counts as hung [s]."""
+FIRST_PATIENCE = 600.0
+"""The same for a first run, which may have to compile [s]."""
 FAILED = 97
 SPACE = "no space left on device"
 
@@ -87,13 +89,14 @@ class Trials:
         self._draw = random.Random(seed)
         self.counts: Counter[str] = Counter()
         for _ in range(2):
-            self._ended(self._forked(lambda: self._finish()))
+            self._ended(self._forked(lambda: self._finish()), FIRST_PATIENCE)
             if self._status:
                 raise SystemExit(f"{self._said()}\nstatus {self._status} without any fault")
             self._count("broken without any fault", "a run to the end")
 
     def run(self) -> None:
         """Make all trials, and the run after them."""
+        self._writer.prepare(self._place)
         child = os.fork()
         if not child:
             Branch(self._place, self._all)
@@ -142,6 +145,7 @@ class Trials:
         return self._folder / "steps.json"
 
     def _fork(self, stage: Stage, call: int) -> Iterator[None]:
+        self._writer.prepare(self._place)
         self._child = os.fork()
         if self._child == 0:
             self._silence()
@@ -192,6 +196,7 @@ class Trials:
         return sum(".partial" in path.name for path in self._place.rglob("*"))
 
     def _forked(self, run: Callable[[], object]) -> int:
+        self._writer.prepare(self._place)
         child = os.fork()
         if not child:
             self._silence()
@@ -221,11 +226,11 @@ class Trials:
     def _said(self) -> str:
         return (self._folder / "said").read_text(errors="replace")
 
-    def _ended(self, child: int) -> None:
+    def _ended(self, child: int, patience: float = PATIENCE) -> None:
         """Wait for a process; one that hangs is killed and counted."""
         if child == 0:
             return
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + patience
         found, status = os.waitpid(child, os.WNOHANG)
         while not found:
             if time.monotonic() > end:

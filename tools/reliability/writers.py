@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-import json
-import os
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
-
+from reliability.library_writers import add_result, keep_step, record, save_calibration
+from reliability.whole_output import (
+    are_recordings,
+    are_rows,
+    is_calibration,
+    is_json,
+    is_page,
+    is_picture,
+    is_recording,
+    is_setup,
+    is_table,
+    remove,
+)
+from twbr_estimation.bags import write_recording
 from twbr_estimation.bags.reading import read_recording
-from twbr_estimation.bags.recorder import BagRecorder
-from twbr_estimation.bags.topics import IMU, TopicNames
 from twbr_estimation.cli.main import main as twbr
-from twbr_estimation.configuration.files import read_settings, read_setup, write_section
-from twbr_estimation.errors import TwbrError
-from twbr_estimation.live_code.files import ObjectCode, kept, saved
+from twbr_estimation.configuration.files import read_settings
 from twbr_estimation.many.reporting import PAGE
-from twbr_estimation.many.results import ResultTable
-from twbr_estimation.robot import Calibration
-from twbr_estimation.ros_messages import ACCEL, GYRO, IMU_DOUBLES
-from twbr_estimation.streams.messages import ImuEncoder
 
 FILTER = ("--filter", "complementary")
 ONE = ("--jobs", "1")
+FIGURES = (
+    "evaluate --json",
+    "evaluate --save-reference",
+    "evaluate --results",
+    "peers --json",
+    "reproduce --json --plot",
+    "report --overwrite",
+    "check --json",
+    "noise --json --plot",
+    "balance --json",
+)
+"""Those of `writers` that compute figures of recordings and write them."""
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "arduino_log"
 
 
@@ -36,6 +51,8 @@ class Writer(NamedTuple):
     """Writes into a folder what it holds already, once more; returns the status."""
     sound: Callable[[Path], bool]
     """Whether what is in the folder is whole, old or new."""
+    prepare: Callable[[Path], object] = Path.exists
+    """Called with the folder before each run: removes what the writer would not replace."""
 
 
 def writers(inputs: Path) -> dict[str, Writer]:
@@ -44,14 +61,13 @@ def writers(inputs: Path) -> dict[str, Writer]:
     Args:
         inputs: Folder for the recording that some of them read; it is made where it is missing.
     """
-    drive = inputs / "drive"
+    drive, bare = inputs / "drive", inputs / "bare"
 
     def on_drive(*arguments: str) -> Callable[[Path], int]:
         def run(to: Path) -> int:
-            if "{drive}" in arguments and not drive.exists():
-                made = ("--world", "paper", "--dt", "0.01", "--duration", "12", "--seed", "3")
-                verb("simulate", *made, "-o", str(drive))
-            return verb(*[each.format(drive=drive, to=to) for each in arguments])
+            if "{drive}" in arguments or "{bare}" in arguments:
+                make_drives(drive, bare)
+            return verb(*[each.format(drive=drive, bare=bare, to=to) for each in arguments])
 
         return run
 
@@ -72,6 +88,30 @@ def writers(inputs: Path) -> dict[str, Writer]:
             on_drive("evaluate", "{drive}", *FILTER, "--json", "{to}/e.json"),
             lambda at: is_json(at / "e.json"),
         ),
+        "evaluate --save-reference": Writer(
+            on_drive(
+                *("evaluate", "{bare}", *FILTER, "--smooth"),
+                *("--save-reference", "{to}/smoothed"),
+            ),
+            lambda at: not (at / "smoothed").exists() or is_recording(at / "smoothed"),
+            lambda at: remove(at / "smoothed"),
+        ),
+        "evaluate --results": Writer(
+            on_drive("evaluate", "{drive}", *FILTER, *ONE, "--results", "{to}/results.jsonl"),
+            are_rows,
+            lambda at: (at / "results.jsonl").unlink(missing_ok=True),
+        ),
+        "peers --json": Writer(
+            on_drive("peers", "{drive}", *FILTER, "--peer", "vqf", "--json", "{to}/p.json"),
+            lambda at: is_json(at / "p.json"),
+        ),
+        "reproduce --json --plot": Writer(
+            on_drive(
+                *("reproduce", "fig12", "--seeds", "1", *ONE),
+                *("--json", "{to}/r.json", "--plot", "{to}/r.png"),
+            ),
+            lambda at: is_json(at / "r.json") and is_picture(at / "r.png"),
+        ),
         "report --overwrite": Writer(
             on_drive("report", "{drive}", *FILTER, "-o", "{to}/report", *again),
             lambda at: is_page(at / "report" / PAGE),
@@ -84,8 +124,11 @@ def writers(inputs: Path) -> dict[str, Writer]:
             lambda at: is_json(at / "n.json") and is_picture(at / "n.png"),
         ),
         "calibrate --overwrite": Writer(
-            on_drive("calibrate", "geometry", "{drive}", "-o", "{to}/config", *again),
-            lambda at: is_setup(at / "config"),
+            on_drive(
+                *("calibrate", "geometry", "{drive}", "-o", "{to}/config", *again),
+                *("--json", "{to}/k.json"),
+            ),
+            lambda at: is_setup(at / "config") and is_json(at / "k.json"),
         ),
         "tune --overwrite": Writer(
             on_drive("tune", "{drive}", *FILTER, *ONE, "-o", "{to}/filters.yaml", *again),
@@ -118,117 +161,10 @@ def verb(*arguments: str) -> int:
         return end.code if isinstance(end.code, int) else 1
 
 
-def said(error: TwbrError) -> int:
-    """Print an error as `twbr` does; return the status."""
-    print(f"error: {error}", file=sys.stderr)
-    return 1
-
-
-def save_calibration(to: Path) -> int:
-    """Save what the service of a node saves."""
-    provenance: dict[str, str | float] = {"source": "a service", "duration": 3.0}
-    try:
-        write_section(to / "calibration.yaml", Calibration(), provenance, replace=True)
-    except TwbrError as error:
-        return said(error)
-    return 0
-
-
-def record(to: Path) -> int:
-    """Record a new drive of 2 MB, as the page does."""
-    try:
-        recorder = BagRecorder(to / "new", {TopicNames().imu: IMU})
-        for number in range(6_000):
-            recorder.add(TopicNames().imu, number * 5_000_000, message(number))
-        recorder.close()
-    except TwbrError as error:
-        return said(error)
-    return 0
-
-
-def message(number: int) -> bytes:
-    """Return a serialised Imu."""
-    values = [0.0] * IMU_DOUBLES
-    values[4], values[GYRO], values[ACCEL] = -1.0, 1e-4 * number, 9.8
-    return bytes(ImuEncoder("imu_link").encode(1_700_000_000 * 10**9 + 5_000_000 * number, values))
-
-
-def remove(folder: Path) -> None:
-    """Delete a folder of files."""
-    for file in folder.iterdir():
-        file.unlink()
-    folder.rmdir()
-
-
-def add_result(to: Path) -> int:
-    """Append a row of a thousand numbers to a table."""
-    try:
-        table = ResultTable(to / "results.jsonl")
-        table.append([{"key": "row", "numbers": list(range(1000))}])
-        table.close()
-    except TwbrError as error:
-        return said(error)
-    return 0
-
-
-def keep_step(to: Path) -> int:
-    """Keep machine code as the compiler of the live path does."""
-    os.environ["NUMBA_CACHE_DIR"] = str(to)
-    code = ObjectCode("step", bytes(300_000))
-    path = saved("filter", "digest", code)
-    return 0 if path is None or kept("filter", "digest") == code else 1
-
-
-def is_recording(path: Path) -> bool:
-    """Return whether a recording can be read, all of it."""
-    return read_recording(path).imu.stamps.size > 0 and (path / "metadata.yaml").exists()
-
-
-def are_recordings(folder: Path) -> bool:
-    """Return whether the old recording is whole, and the new one where there is one.
-
-    What says that it was cut off can be read as well. The new one becomes the old one.
-    """
-    for cut_off in folder.glob("new_cut_off*"):
-        if not read_recording(cut_off).imu.stamps.size:
-            return False
-        remove(cut_off)
-    old, new = folder / "old", folder / "new"
-    if new.exists() and is_recording(new):
-        if old.exists():
-            remove(old)
-        new.rename(old)
-    return not new.exists() and next(old.glob("*.mcap")).exists()
-
-
-def is_json(path: Path) -> bool:
-    """Return whether a file is JSON."""
-    return bool(json.loads(path.read_text()))
-
-
-def is_page(path: Path) -> bool:
-    """Return whether a page has its end."""
-    return path.read_text().rstrip().endswith("</html>")
-
-
-def is_picture(path: Path) -> bool:
-    """Return whether a PNG has its end."""
-    return path.read_bytes().rstrip().endswith(b"IEND\xaeB`\x82")
-
-
-def is_setup(folder: Path) -> bool:
-    """Return whether robot and calibration can be read."""
-    return bool(read_setup(folder)) and is_calibration(folder / "calibration.yaml")
-
-
-def is_calibration(path: Path) -> bool:
-    """Return whether a file is YAML with its provenance at the end."""
-    return "provenance" in yaml.safe_load(path.read_text())["/**"]["ros__parameters"]
-
-
-def is_table(folder: Path) -> bool:
-    """Return whether a table has its row."""
-    table = ResultTable(folder / "results.jsonl")
-    found = len(table.row("row")["numbers"])
-    table.close()
-    return found == 1000
+def make_drives(drive: Path, bare: Path) -> None:
+    """Make a recording and a copy of it without reference, where they are missing."""
+    if not drive.exists():
+        made = ("--world", "paper", "--dt", "0.01", "--duration", "12", "--seed", "3")
+        verb("simulate", *made, "-o", str(drive))
+    if not bare.exists():
+        write_recording(bare, replace(read_recording(drive), reference=None, truth=None))

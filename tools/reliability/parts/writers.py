@@ -1,27 +1,33 @@
 """Writers that are killed, and disks that are full.
 
-Everything that writes is killed with SIGKILL, half of the times between two calls of the system and
-half at random instants, from its first step of writing on. Then its disk is full at each stage:
-open, write, fsync, rename, close. Each time the output has to be whole, the old or the new.
+What writes recordings, settings and tables is killed with SIGKILL, half of the times between two
+calls of the system and half at random instants, from its first step of writing on. Then its disk is
+full at each stage: open, write, fsync, rename, close. Each time the output has to be whole, the old
+or the new. The part `figures` does the same with commands that write figures.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from reliability.file_faults import library
 from reliability.row import Effort, Row, Skipped
 from reliability.writer_trials import tried
-from reliability.writers import writers
+from reliability.writers import FIGURES, writers
 
 KILLS = 200
 
 
 def rows(effort: Effort) -> Iterator[Row]:
-    """Try every writer.
+    """Try every writer but those of the part `figures`; errors as `rows_of`."""
+    yield from rows_of(effort, [name for name in writers(Path()) if name not in FIGURES])
+
+
+def rows_of(effort: Effort, names: Iterable[str]) -> Iterator[Row]:
+    """Try these writers.
 
     Raises:
         Skipped: there is no C compiler.
@@ -31,7 +37,7 @@ def rows(effort: Effort) -> Iterator[Row]:
         built = library(folder)
         if built is None:
             raise Skipped("a C compiler is needed, to let writing fail at a chosen stage")
-        for number, name in enumerate(writers(folder / "inputs")):
+        for number, name in enumerate(names):
             place = folder / str(number)
             place.mkdir()
             found = tried(name, place, built, effort.tries(KILLS), effort.seed)
