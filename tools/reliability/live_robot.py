@@ -1,7 +1,8 @@
 """A whole robot as processes, what can be done to them, and a client that counts what comes out.
 
-Tilts and commands are noted in the order in which the client gets them: what a controller does
-after the last good tilt is counted in commands, whatever the load of the machine.
+What a controller does after the last good tilt is counted in commands, whatever the load of the
+machine. What came before what is judged by when it was published: a client that is late takes the
+messages of two topics in any order.
 """
 
 from __future__ import annotations
@@ -12,9 +13,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
@@ -23,7 +27,8 @@ from twbr_estimation.ros_messages import tilt_of_quaternion
 from twbr_estimation.streams.messages import decode_float64s, decode_imu
 
 PROGRAM = "import sys; from twbr_estimation.nodes.{0} import main; sys.exit(main())"
-PARAMETERS: dict[str, dict[str, object]] = {
+Parameters = Mapping[str, Mapping[str, object]]
+PARAMETERS: Parameters = {
     "simulator_node": {"world": "W1", "imu_period": 0.005, "start_tilt": 0.03},
     "correction_node": {},
     "filter_node": {},
@@ -32,6 +37,8 @@ PARAMETERS: dict[str, dict[str, object]] = {
 """The nodes of a robot; `PARAMETERS[node]` are those that differ from the defaults."""
 UPRIGHT = 0.2
 """Largest tilt of a robot that balances [rad]."""
+STEADY = 50
+"""Commands and tilts in a row that show it."""
 
 ANSWER = 3.0
 """Time that an answer may take before the request is repeated [s]."""
@@ -55,15 +62,29 @@ class Outcome(NamedTuple):
 class LiveRobot:
     """Processes of nodes, and the client."""
 
-    def __init__(self, graph: Any) -> None:
-        """Listen; `start` begins the processes."""
-        self.graph = graph
+    def __init__(
+        self, graph: Any, parameters: Parameters = PARAMETERS, steady: int = STEADY
+    ) -> None:
+        """Listen; `start` begins the processes.
+
+        Args:
+            graph: whose context the client's node uses.
+            parameters: of each node, those that differ from the defaults.
+            steady: commands in a row that drive an upright robot from which on it balances.
+        """
+        self._parameters, self._steady = parameters, steady
+        self.probe = rclpy.create_node("client", context=graph.context)
+        # The executor of events gives no callback the stamps of the middleware: a SystemError.
+        self._executor = SingleThreadedExecutor(context=graph.context)
+        self._executor.add_node(self.probe)
         self.running: dict[str, subprocess.Popen[bytes]] = {}
         self.tilts: list[tuple[float, float]] = []
         """When a tilt came [s], and how much it was [rad]."""
-        self.commands: list[tuple[float, bool, int]] = []
-        """When a command came [s], whether it drives, and how many tilts had come before."""
-        probe = graph.probe
+        self.commands: list[tuple[int, bool]] = []
+        """When a command was published [ns], and whether it drives."""
+        self._published: list[int] = []
+        """When each tilt was published [ns]."""
+        probe = self.probe
         probe.create_subscription(Imu, "imu/data", self._on_tilt, 1000, raw=True)
         probe.create_subscription(
             Float64MultiArray, "motor/command", self._on_command, 1000, raw=True
@@ -71,17 +92,23 @@ class LiveRobot:
         self.valid = probe.create_publisher(Bool, "tilt/valid", 10)
         self._standing = probe.create_client(Trigger, "simulator_node/stand_up")
 
-    def _on_tilt(self, data: bytes) -> None:
+    def _on_tilt(self, data: bytes, about: Mapping[str, int]) -> None:
         tilt = float(tilt_of_quaternion(*decode_imu(data)[1][:4]))
         self.tilts.append((time.monotonic(), tilt))
+        self._published.append(about["source_timestamp"])
 
-    def _on_command(self, data: bytes) -> None:
-        self.commands.append((time.monotonic(), any(decode_float64s(data)), len(self.tilts)))
+    def _on_command(self, data: bytes, about: Mapping[str, int]) -> None:
+        self.commands.append((about["source_timestamp"], any(decode_float64s(data))))
+
+    def after_last_tilt(self) -> list[tuple[float, bool]]:
+        """Return the commands after the last tilt: how long after [s], and whether it drives."""
+        last = self._published[-1]
+        return [((at - last) * 1e-9, drives) for at, drives in self.commands if at >= last]
 
     def start(self, *nodes: str) -> None:
         """Start the processes of these nodes."""
         for node in nodes:
-            given = [f"{name}:={value}" for name, value in PARAMETERS[node].items()]
+            given = [f"{name}:={value}" for name, value in self._parameters[node].items()]
             command = [sys.executable, "-c", PROGRAM.format(node), "--ros-args"]
             command += ["--log-level", "fatal"]
             for each in given:
@@ -100,18 +127,20 @@ class LiveRobot:
             process.kill()
         for process in self.running.values():
             process.wait(10.0)
+        self._executor.shutdown()
+        self.probe.destroy_node()
 
     def spin(self, seconds: float) -> None:
         """Let messages come for this long."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            self.graph.executor.spin_once(timeout_sec=0.01)
+            self._executor.spin_once(timeout_sec=0.01)
 
     def balances(self) -> bool:
-        """Whether it has been driven and upright for the last 50 commands and tilts."""
-        driven = self.commands[-50:]
-        upright = all(abs(tilt) < UPRIGHT for _, tilt in self.tilts[-50:])
-        return len(driven) == 50 and all(each[1] for each in driven) and upright
+        """Whether it has been driven and upright for the last commands and tilts."""
+        driven = self.commands[-self._steady :]
+        upright = all(abs(tilt) < UPRIGHT for _, tilt in self.tilts[-self._steady :])
+        return len(driven) == self._steady and all(each[1] for each in driven) and upright
 
     def wait_for(self, condition: Callable[[], bool], limit: float = 60.0) -> float:
         """Spin until the condition holds; return how long that took [s].
@@ -123,7 +152,7 @@ class LiveRobot:
         while not condition():
             if time.monotonic() > begin + limit:
                 raise TimeoutError(f"condition not met within {limit:g} s")
-            self.graph.executor.spin_once(timeout_sec=0.01)
+            self._executor.spin_once(timeout_sec=0.01)
         return time.monotonic() - begin
 
     def balance(self, attempts: int = 20) -> int:
@@ -159,8 +188,9 @@ class LiveRobot:
         """Kill or stop a node upstream of the controller; return what came out of it."""
         self.send(node, number)
         self.spin(wait)
-        last, count = self.tilts[-1][0], len(self.tilts)
-        after = [(at - last, drives) for at, drives, tilts in self.commands if tilts >= count]
+        with contextlib.suppress(TimeoutError):  # the controller may be late with its zeros
+            self.wait_for(lambda: not all(drives for _, drives in self.after_last_tilt()[-1:]))
+        after = self.after_last_tilt()
         driven = [at for at, drives in after if drives]
         zeros = [at for at, drives in after if not drives]
         return Outcome(
@@ -191,19 +221,21 @@ class LiveRobot:
     def _driven_while_down(self, first: int) -> int:
         """Return how many commands from the first one drive before the robot is near upright."""
         count = 0
-        for _, drives, tilts in self.commands[first:]:
-            if abs(self.tilts[tilts - 1][1]) < RECOVERY:
+        for at, drives in self.commands[first:]:
+            if abs(self.tilts[bisect_left(self._published, at) - 1][1]) < RECOVERY:
                 break
             count += drives
         return count
 
 
 @contextlib.contextmanager
-def live_robot(graph: Any) -> Iterator[LiveRobot]:
-    """Yield a robot that balances; end its processes afterwards."""
-    robot = LiveRobot(graph)
+def live_robot(
+    graph: Any, parameters: Parameters = PARAMETERS, steady: int = STEADY
+) -> Iterator[LiveRobot]:
+    """Yield a robot that balances; end its processes afterwards. Arguments as of `LiveRobot`."""
+    robot = LiveRobot(graph, parameters, steady)
     try:
-        robot.start(*PARAMETERS)
+        robot.start(*parameters)
         robot.wait_for(lambda: bool(robot.commands and robot.tilts))
         robot.balance()
         yield robot

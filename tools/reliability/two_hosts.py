@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,10 +69,10 @@ class SecondHost:
         self._tilts: list[tuple[float, int, float, bool]] = []
         self._references: list[tuple[int, float]] = []
         self._decoder = JointStateDecoder()
-        probe, note = graph.probe, self.robot._on_tilt
+        probe, note = self.robot.probe, self.robot._on_tilt
 
-        def on_tilt(data: bytes) -> None:
-            note(data)
+        def on_tilt(data: bytes, about: Mapping[str, int]) -> None:
+            note(data, about)
             stamp, values = decode_imu(data)
             tilt = float(tilt_of_quaternion(*values[:4]))
             self._tilts.append((time.monotonic(), stamp, tilt, self._valid))
@@ -101,7 +101,7 @@ class SecondHost:
         pulled = time.monotonic()
         robot.spin(CUT)
         last = len(robot.tilts)
-        after = [drives for _, drives, tilts in robot.commands if tilts >= last]
+        after = [drives for _, drives in robot.after_last_tilt()]
         self._tilts.clear()
         self._references.clear()
         plugged = time.monotonic()
