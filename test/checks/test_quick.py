@@ -145,3 +145,25 @@ def test_a_wrong_sign_is_remembered_at_rest_and_forgotten_by_a_right_swing() -> 
     for sample in swing(3.0):
         checks.add(sample)
     assert checks.untrusted == ()
+
+
+def in_degrees(sample: CorrectedSample) -> CorrectedSample:
+    return sample._replace(gyro_y=math.degrees(sample.gyro_y))
+
+
+def test_a_gyro_in_degrees_is_remembered_at_rest_and_forgotten_by_a_right_swing() -> None:
+    checks = checked(in_degrees)
+    for sample in swing(5.0, amplitude=0.0):
+        checks.add(in_degrees(sample))
+    assert [each.check for each in checks.untrusted] == ["unit"]
+    for sample in swing(3.0):
+        checks.add(sample)
+    assert checks.untrusted == ()
+
+
+def test_an_accelerometer_in_g_is_not_trusted_until_it_reads_gravity() -> None:
+    checks = checked(in_g, amplitude=0.02)
+    assert [each.subject for each in checks.untrusted] == ["accelerometer"]
+    for sample in swing(3.0, amplitude=0.02):
+        checks.add(sample)
+    assert checks.untrusted == ()

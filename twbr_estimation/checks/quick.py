@@ -68,6 +68,7 @@ class QuickChecks:
     def _forget(self) -> None:
         self._sign, self._rolling = SignWatch(), RollingCheck()
         self._contradiction: Finding | None = None
+        self._other_unit: Finding | None = None
 
     def _begin(self) -> None:
         self._time = self._shown = self._turned = self._length = self._planar = self._up = 0.0
@@ -122,8 +123,10 @@ class QuickChecks:
         self._rolling.end_block(self._count)
         self._begin()
         if len(self._blocks) == WINDOW:
-            self.untrusted = tuple(filter(None, (self._dead(), self._contradicting())))
-            self.doubts = tuple(filter(None, (self._gravity(), self._direction())))
+            gravity = self._gravity()
+            found = self._dead(), self._contradicting(), self._unit(gravity)
+            self.untrusted = tuple(filter(None, found))
+            self.doubts = tuple(filter(None, (gravity, self._direction())))
 
     def _dead(self) -> Finding | None:
         """Return which sensor stands still although the other moves."""
@@ -147,17 +150,16 @@ class QuickChecks:
 
         What was found stays until the opposite is: a robot whose motors were cut shows nothing.
         """
-        ratio = self._ratio()
+        ratio, known = self._ratio(), self._contradiction
         if ratio > IN_DEGREES:
             text = f"{TURNS.format(ratio)}: it looks like deg/s; give rad/s"
-            return Finding(Severity.FAIL, "gyro", "unit", text, ratio)
-        known = self._contradiction
-        if self._sign.wrong(ratio, self._blocks):
+            known = Finding(Severity.FAIL, "gyro", "unit", text, ratio)
+        elif self._sign.wrong(ratio, self._blocks):
             text = f"{TURNS.format(ratio)}: one of both has the wrong sign; check robot.mounting"
             known = Finding(Severity.FAIL, "gyro", "sign", text, ratio, "robot.mounting")
         elif self._rolling.wrong is not None:
             known = self._rolling.wrong
-        elif known is not None and known.check != "unit" and shows_right_sign(ratio, self._blocks):
+        elif known is not None and _shown_by_swing(known) and shows_right_sign(ratio, self._blocks):
             known = None
         self._contradiction = None if self._rolling.right else known
         return self._contradiction
@@ -188,11 +190,24 @@ class QuickChecks:
         )
         return Finding(Severity.FAIL, "accelerometer", "unit", f"{reads}: {advice}", ratio)
 
+    def _unit(self, gravity: Finding | None) -> Finding | None:
+        """Return the other unit that the accelerometer has, until its mean reading is gravity."""
+        if gravity is None:
+            self._other_unit = None
+        elif gravity.ratio is not None and of_accelerometer(gravity.ratio):
+            self._other_unit = gravity
+        return self._other_unit
+
     def _direction(self) -> Finding | None:
         if not all(each.up < -0.5 * each.length for each in self._blocks):
             return None
         text = "its z axis points down: check robot.mounting, or the robot is upside down"
         return Finding(Severity.FAIL, "accelerometer", "direction", text, -1.0, "robot.mounting")
+
+
+def _shown_by_swing(found: Finding) -> bool:
+    """Return whether a swing can show that this is no longer so: no unit of the accelerometer."""
+    return found.check != "unit" or (found.ratio or 0.0) > IN_DEGREES
 
 
 def contradicted(samples: FloatArray) -> NDArray[np.bool_]:
