@@ -95,7 +95,7 @@ def loaded_by(*modules: str) -> set[str]:
 def test_the_live_path_loads_nothing_heavy() -> None:
     live = (
         "configuration.filter_settings",
-        "pipeline.estimator",
+        "streams.estimator",
         "filters",
         "pipeline.correction",
         "pipeline.pairing",

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from .filters.base import Filter as Filter
     from .filters.base import filters as filters
     from .parameters.bounds import Bounds as Bounds
-    from .pipeline.estimator import Estimator as Estimator
     from .recording import ImuTrack as ImuTrack
     from .recording import MotorTrack as MotorTrack
     from .recording import Recording as Recording
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from .samples import CorrectedSample as CorrectedSample
     from .samples import TiltEstimate as TiltEstimate
     from .scoring.score import ScoringOptions as ScoringOptions
+    from .streams.estimator import Estimator as Estimator
 
 __version__ = "0.2.0"
 
@@ -73,7 +73,7 @@ _HOMES = {
     "CorrectedSample": "samples",
     "CorrectionSettings": "robot",
     "Drive": "drives.drive",
-    "Estimator": "pipeline.estimator",
+    "Estimator": "streams.estimator",
     "Filter": "filters.base",
     "ScoringOptions": "scoring.score",
     "Recording": "recording",

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from ..checks.finding import Finding
+from ..checks.quick import QuickChecks
 from ..errors import ConfigurationError
 from ..filters.base import Filter, filter_named
 from ..parameters.argument_checks import as_number, elements_of, number_within, require_kind, shown
+from ..pipeline.correction import Corrector
+from ..pipeline.pairing import motor_command, wheel_reading
+from ..pipeline.physical import FARTHEST, FASTEST, LARGEST_VOLTAGE, STRONGEST
+from ..pipeline.watched_filter import WatchedFilter
 from ..robot import Robot, Setup
 from ..samples import SECONDS_PER_NANOSECOND, Sample, TiltEstimate
-from .correction import Corrector
-from .pairing import motor_command, wheel_reading
-from .physical import FARTHEST, FASTEST, LARGEST_VOLTAGE, STRONGEST
-from .watched_filter import WatchedFilter
 
 _UNKNOWN = (0.0, 0.0, 0.0)
 _LONGEST = 1e9  # [s]; a time between two samples beyond it is an error
@@ -47,6 +49,7 @@ class Estimator:
             setup = Setup(setup)
         self._corrector = Corrector(setup)
         self._filter = WatchedFilter(entry, values, setup.robot)
+        self._checks = QuickChecks()
 
     @property
     def estimate(self) -> TiltEstimate | None:
@@ -57,9 +60,15 @@ class Estimator:
     def trusted(self) -> bool:
         """Whether the samples leave no doubt about the latest estimate.
 
-        What gaps, saturated and frozen sensors hide is small, and the accelerometer agrees.
+        What gaps, saturated and frozen sensors hide is small, the accelerometer agrees, and the
+        sensors do not contradict each other.
         """
-        return self._filter.trusted
+        return self._filter.trusted and not self._checks.untrusted
+
+    @property
+    def contradictions(self) -> tuple[Finding, ...]:
+        """What gyro, accelerometer and wheels show to be wrong with each other."""
+        return self._checks.untrusted
 
     def step(
         self,
@@ -97,12 +106,15 @@ class Estimator:
         if motors is not None:
             driven = motor_command(0, _numbers("motors", motors, (1, 2), LARGEST_VOLTAGE, "V"))[1:]
         sample = Sample._make((0.0 if first else elapsed, *readings, *turned, *driven))
-        return self._filter.step(self._corrector.step(sample))
+        corrected = self._corrector.step(sample)
+        self._checks.add(corrected)
+        return self._filter.step(corrected)
 
     def reset(self) -> None:
         """Forget everything; the next sample is a first one."""
         self._corrector.reset()
         self._filter.forget()
+        self._checks.restart()
 
 
 def _numbers(
