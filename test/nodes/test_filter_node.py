@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,12 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool, Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 
+from twbr_estimation import simulate
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
 from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.nodes.correction_node import CorrectionNode
+from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.filter_node import FilterNode
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Robot, Setup
@@ -24,6 +27,8 @@ from twbr_estimation.ros_messages import stamp_of, tilt_of
 from twbr_estimation.samples import CorrectedSample
 
 COUNT = 300
+LONGEST = 60.0
+"""Largest `timeout` [s]."""
 OUTPUTS = ("tilt", "imu/data", "tilt/compare")
 
 
@@ -301,3 +306,37 @@ def test_a_cause_of_distrust_is_named_before_it(graph: Any, force: float, cause:
         return [s.message for each in received for s in each.status if s.name == "filter_node"]
 
     graph.spin_until(lambda: any(cause in each for each in messages()))
+
+
+def played(drive: Any, signs: tuple[float, float, float]) -> Any:
+    """Return the readings of a simulated drive for `sensors.play`, its gyro times `signs`."""
+    imu, wheels = drive.recording.imu, drive.recording.wheels
+    columns = imu.stamps.tolist(), (imu.gyro * signs).tolist(), imu.accel.tolist()
+    angle = np.repeat(wheels.angle.reshape(-1, 1), 2, axis=1)
+    return SimpleNamespace(
+        imu_columns=columns, wheels=SimpleNamespace(stamps=wheels.stamps, angle=angle)
+    )
+
+
+@pytest.mark.parametrize("name", ["accelerometer", "complementary", "ins_odometer"])
+def test_a_contradiction_reaches_any_filter_of_another_process(
+    graph: Any, sensors: Any, name: str
+) -> None:
+    node = both_in(graph, filter=name, timeout=LONGEST)
+    correction = next(each for each in graph.nodes if isinstance(each, CorrectionNode))
+    valid = graph.collect(Bool, "tilt/valid")
+    graph.settle()
+    drive = simulate("W1", seed=314, dt=0.01, duration=12.0, scene="drive")
+    sensors.play(played(drive, (1.0, -1.0, 1.0)))
+    graph.spin_until(lambda: not valid[-1].data)
+    assert "contradict" in said(node) or "sign" in said(node)
+    assert [each.check for each in correction._quick.untrusted] == ["sign"]
+    result = correction.set_parameters([Parameter("robot.wheel_radius", value=0.05)])
+    assert all(each.successful for each in result)
+    graph.spin_until(lambda: node._stream.input_valid)
+
+
+def said(node: Any) -> str:
+    """Return what a node reports as an error."""
+    report = node._report()
+    return str(report.message) if report.level is Level.ERROR else ""

@@ -1,6 +1,8 @@
 """`imu/data_raw` and `joint_states` to `imu/data_corrected`: calibrated, in body axes.
 
-The orientation of what is published is the angle of Laddach 2022 (13) about +y.
+The orientation of what is published is the angle of Laddach 2022 (13) about +y. `imu/valid` is
+false where gyro, accelerometer and wheels contradict each other: then `tilt/valid` of a filter_node
+in another process is false, too, whether its filter uses the wheels or not.
 """
 
 from __future__ import annotations
@@ -10,9 +12,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from sensor_msgs.msg import Imu, Temperature
+from std_msgs.msg import Bool
 
 from ..checks.finding import sentences
 from ..checks.live import LiveChecks
+from ..checks.quick import QuickChecks
 from ..pipeline.pairing import MotorCommand, WheelReading, wheel_reading
 from ..robot import Setup
 from ..samples import CorrectedSample, Sample
@@ -29,7 +33,7 @@ from .guard import GuardedNode
 from .inputs import IMU_FRAME, MachineCode, listen_to_wheels
 from .mounting import MountingFromFrames
 from .parameters import NodeParameters, declare, declare_settings
-from .qos import listen, overridable, published
+from .qos import latched, listen, overridable, published
 from .robot_agreement import ROBOT, stated
 from .spin import run
 from .watchdog import Watchdog
@@ -67,6 +71,7 @@ class CorrectionNode(GuardedNode):
             self._configure,
         )
         self._checks = LiveChecks(setup.current)
+        self._quick, self._was_valid = QuickChecks(), True
         self._stream = CorrectionStream(
             setup.current, inputs.wheel_wait, KEPT_SAMPLES, inputs.loop_period, self._checks
         )
@@ -93,6 +98,7 @@ class CorrectionNode(GuardedNode):
         self._publisher = self.create_publisher(
             Imu, "imu/data_corrected", published(), qos_overriding_options=overridable()
         )
+        self._valid = self.create_publisher(Bool, "imu/valid", latched())
         listen(self, Temperature, "imu/temperature", self._on_temperature)
         if subscribe:
             listen(self, Imu, "imu/data_raw", self._on_imu)
@@ -100,6 +106,7 @@ class CorrectionNode(GuardedNode):
 
     def _configure(self, setup: Setup) -> None:
         self._stream.configure(setup)
+        self._quick.restart()
         if self.pass_change is not None:
             self.pass_change()
 
@@ -144,10 +151,25 @@ class CorrectionNode(GuardedNode):
         for stamp, sample in corrected:
             if self._listener is not None:
                 self._listener(stamp, sample)
-                if not self._publisher.get_subscription_count():
+                if not self._is_heard():
                     continue
+            self._judge(sample)
             values = imu_values(sample, sample.angle, sample.angle_variance, sample.gyro_y)
             self._publisher.publish(self._encoder.encode(stamp, values))
+
+    def _is_heard(self) -> bool:
+        """Whether corrected samples leave this process."""
+        return self._listener is None or self._publisher.get_subscription_count() > 0
+
+    def _judge(self, sample: CorrectedSample) -> None:
+        """Look for contradictions in what is published; a listener looks by itself."""
+        self._quick.add(sample)
+        if self._was_valid is bool(self._quick.untrusted):
+            self._say_valid()
+
+    def _say_valid(self) -> None:
+        self._was_valid = not self._quick.untrusted
+        self._valid.publish(Bool(data=self._was_valid))
 
     def _warmth(self) -> dict[str, object]:
         """Return the temperature that the gyro biases are taken at, where they depend on it."""
@@ -164,6 +186,8 @@ class CorrectionNode(GuardedNode):
         self._code.look()
         if not self._watchdog.fresh:
             self._publish(self._stream.flush())
+        if self._is_heard():
+            self._say_valid()
 
     def _report(self) -> Report:
         stream = self._stream
@@ -188,6 +212,8 @@ class CorrectionNode(GuardedNode):
         if not self._watchdog.fresh:
             age = self._watchdog.age
             return Report(Level.ERROR, f"no usable sample on imu/data_raw for {age:.1f} s", values)
+        if self._quick.untrusted:
+            return Report(Level.ERROR, sentences(self._quick.untrusted), values)
         if self._setup.current.correction.wheel and not stream.wheels_known:
             text = "no wheel readings: their terms are left out"
             return Report(Level.WARN, f"{text}; {stamps}" if stamps else text, values)

@@ -1,7 +1,8 @@
 """`imu/data_corrected`, or `imu/data_raw` straight in, to the tilt.
 
-The filter, its parameters and the filters beside it change between two samples. `tilt_deg` is
-`tilt` in degrees, for plots; it is published only while a node subscribes to it.
+The filter, its parameters and the filters beside it change between two samples. Where `imu/valid`
+is false, `tilt/valid` is false, too. `tilt_deg` is `tilt` in degrees, for plots; it is published
+only while a node subscribes to it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from sensor_msgs.msg import Imu, Temperature
-from std_msgs.msg import Float64MultiArray
+from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import Trigger
 
 from ..checks.finding import Finding, Severity, sentences
@@ -30,7 +31,7 @@ from .filter_parameters import FilterNodeConfiguration, declare_filter_parameter
 from .guard import GuardedNode
 from .inputs import IMU_FRAME, MachineCode, listen_to_wheels
 from .parameters import declare, declare_settings
-from .qos import listen
+from .qos import latched, listen
 from .robot_agreement import RobotAgreement
 from .spin import run
 from .tilt_outputs import TiltOutputs
@@ -73,6 +74,7 @@ class FilterNode(GuardedNode):
         """Called with what is published on `tilt/valid`."""
         if subscribe:
             listen(self, Imu, "imu/data_corrected", self._on_imu)
+            self.create_subscription(Bool, "imu/valid", self._on_valid, latched())
         self._find_inputs()
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._code = MachineCode(self, self._use_machine_code)
@@ -108,6 +110,12 @@ class FilterNode(GuardedNode):
             self._find_inputs()
         for stamp, sample in ready:
             self.take(stamp, sample)
+
+    def _on_valid(self, message: Bool) -> None:
+        self._stream.input_valid = message.data
+        if not message.data:
+            self._trusted = False
+            self._say_valid(False, always=False)
 
     def _on_joints(self, data: bytes) -> None:
         for stamp, sample in self._input.add_wheels(data, self.clock_now()):
@@ -203,8 +211,8 @@ class FilterNode(GuardedNode):
         if not self._watchdog.fresh:
             age = self._watchdog.age
             return Report(Level.ERROR, f"stale: no usable sample for {age:.1f} s", values)
-        if self._stream.checks.untrusted:
-            return Report(Level.ERROR, sentences(self._stream.checks.untrusted), values)
+        if wrong := self._stream.contradictions():
+            return Report(Level.ERROR, wrong, values)
         if not self._trusted:
             lost = f"; {counted(newly_lost, 'sample')} lost or late" if newly_lost else ""
             causes = sentences(each for each in self._doubts() if each.severity is Severity.FAIL)

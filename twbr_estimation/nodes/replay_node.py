@@ -84,6 +84,7 @@ class ReplaySettings:
         "/tilt_deg",
         "/tilt/compare",
         "/tilt/valid",
+        "/imu/valid",
         "/diagnostics",
         "/clock",
         "/rosout",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
+from ..checks.finding import sentences
 from ..checks.quick import QuickChecks
 from ..filters.base import Filter, filter_named
 from ..pipeline.step_code import StepCode
@@ -21,6 +22,8 @@ class FilterStream:
         self._configuration = configuration
         self.checks = QuickChecks()
         """What the samples show to be wrong with the sensors."""
+        self.input_valid = True
+        """Whether who corrects the samples in another process finds no contradiction in them."""
         self._elapsed, self._steps = 0.0, 0
         self._provide: Callable[[Filter], StepCode | None] = _interpreted
         self._sample: CorrectedSample | None = None
@@ -108,6 +111,8 @@ class FilterStream:
     def step(self, sample: CorrectedSample) -> TiltEstimate:
         """Feed the active filter and return its estimate; `compare` comes after."""
         self.checks.add(sample)
+        if sample.dt > RESTART_GAP:
+            self.input_valid = True
         if 0.0 < sample.dt <= RESTART_GAP:
             self._elapsed += sample.dt
             self._steps += 1
@@ -157,10 +162,16 @@ class FilterStream:
         """Return whether the filter's own variance and the samples let the tilt count as valid."""
         limit = self._configuration.settings.valid_stddev
         sure = self._active.trusted and estimate.tilt_variance <= limit * limit
-        return sure and not self.checks.untrusted
+        return sure and self.input_valid and not self.checks.untrusted
+
+    def contradictions(self) -> str:
+        """Return how the sensors contradict each other; empty where they do not."""
+        if self.input_valid or self.checks.untrusted:
+            return sentences(self.checks.untrusted)
+        return "gyro, accelerometer and wheels contradict each other: correction_node says how"
 
     def distrust(self) -> str:
-        """Return why the tilt is not valid."""
+        """Return why the tilt is not valid where the sensors do not contradict each other."""
         if not self._active.doubted:
             return "the filter does not trust its own estimate"
         return (
