@@ -11,7 +11,7 @@ import pytest
 from reliability.file_faults import library
 from reliability.set_clock import compiler
 from reliability.writer_trials import tried
-from reliability.writers import FIGURES, writers
+from reliability.writers import FIGURES, PAGES, writers
 
 from twbr_estimation.cli.main import parser, verbs
 
@@ -51,4 +51,4 @@ def test_every_command_that_writes_files_is_among_them() -> None:
     for verb in verbs():
         writing = sorted(set(WRITING) & set(options(parser([verb]))))
         assert not writing or verb in known, f"twbr {verb} {writing}"
-    assert set(FIGURES) < set(writers(Path()))
+    assert {*FIGURES, *PAGES} < set(writers(Path()))

@@ -34,13 +34,12 @@ FIGURES = (
     "evaluate --save-reference",
     "evaluate --results",
     "peers --json",
-    "reproduce --json --plot",
-    "report --overwrite",
     "check --json",
-    "noise --json --plot",
     "balance --json",
 )
 """Those of `writers` that compute figures of recordings and write them."""
+PAGES = ("reproduce --json --plot", "report --overwrite", "noise --json --plot")
+"""Those that draw."""
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "arduino_log"
 
 

@@ -1,4 +1,4 @@
-"""Writers of figures and pages that are killed, and disks that are full.
+"""Writers of figures that are killed, and disks that are full.
 
 As the part `writers`, for the commands that compute figures of recordings and write them.
 """

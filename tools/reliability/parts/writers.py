@@ -3,7 +3,7 @@
 What writes recordings, settings and tables is killed with SIGKILL, half of the times between two
 calls of the system and half at random instants, from its first step of writing on. Then its disk is
 full at each stage: open, write, fsync, rename, close. Each time the output has to be whole, the old
-or the new. The part `figures` does the same with commands that write figures.
+or the new. The parts `figures` and `pages` do the same with commands that write these.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from tempfile import TemporaryDirectory
 from reliability.file_faults import library
 from reliability.row import Effort, Row, Skipped
 from reliability.writer_trials import tried
-from reliability.writers import FIGURES, writers
+from reliability.writers import FIGURES, PAGES, writers
 
 KILLS = 200
 
 
 def rows(effort: Effort) -> Iterator[Row]:
-    """Try every writer but those of the part `figures`; errors as `rows_of`."""
-    yield from rows_of(effort, [name for name in writers(Path()) if name not in FIGURES])
+    """Try every writer but those of the parts `figures` and `pages`; errors as `rows_of`."""
+    others = {*FIGURES, *PAGES}
+    yield from rows_of(effort, [name for name in writers(Path()) if name not in others])
 
 
 def rows_of(effort: Effort, names: Iterable[str]) -> Iterator[Row]:
