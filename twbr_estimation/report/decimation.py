@@ -28,13 +28,11 @@ def peaks(values: FloatArray, points: int) -> NDArray[np.int64]:
     whole = count // size * size
     buckets = np.asarray(values[:whole]).reshape(-1, size)
     starts = np.arange(buckets.shape[0]) * size
-    kept = [
-        starts + buckets.argmin(axis=1),
-        starts + buckets.argmax(axis=1),
-        np.arange(whole, count),
-        np.array([0, count - 1]),
-    ]
-    return np.unique(np.concatenate(kept))
+    kept = np.zeros(count, dtype=bool)
+    kept[starts + buckets.argmin(axis=1)] = True
+    kept[starts + buckets.argmax(axis=1)] = True
+    kept[whole:] = kept[0] = kept[-1] = True
+    return np.flatnonzero(kept)
 
 
 def thinned(times: FloatArray, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
@@ -48,6 +46,8 @@ def thinned(times: FloatArray, values: FloatArray, points: int) -> tuple[FloatAr
     kept = peaks(values, points)
     steps = np.diff(times)
     gaps = np.flatnonzero(steps > LARGEST_STEP * np.median(steps)) if steps.size else steps
+    if not gaps.size:
+        return times[kept], values[kept]
     where = np.unique(np.searchsorted(kept, gaps, side="right"))
     where = where[where < kept.size]
     return np.insert(times[kept], where, times[kept[where]]), np.insert(values[kept], where, np.nan)
