@@ -161,8 +161,15 @@ def test_a_gyro_in_degrees_is_remembered_at_rest_and_forgotten_by_a_right_swing(
     assert checks.untrusted == ()
 
 
-def test_an_accelerometer_in_g_is_not_trusted_until_it_reads_gravity() -> None:
-    checks = checked(in_g, amplitude=0.02)
+def in_g_less_a_bias(sample: CorrectedSample) -> CorrectedSample:
+    return in_g(sample)._replace(accel_z=in_g(sample).accel_z + 0.5)
+
+
+@pytest.mark.parametrize("change", [in_g, in_g_less_a_bias])
+def test_an_accelerometer_in_g_is_not_trusted_until_it_reads_gravity(
+    change: Callable[[CorrectedSample], CorrectedSample],
+) -> None:
+    checks = checked(change, amplitude=0.02)
     assert [each.subject for each in checks.untrusted] == ["accelerometer"]
     for sample in swing(3.0, amplitude=0.02):
         checks.add(sample)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ import pytest
 
 import twbr_estimation as twbr
 from twbr_estimation.checks.quick import QuickChecks, contradicted
+from twbr_estimation.checks.rolling import RollingCheck
 from twbr_estimation.recording import FloatArray, ImuTrack
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, Sample
 from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
@@ -78,6 +80,24 @@ def test_a_wrong_sensor_is_found_while_the_robot_rolls_and_stays_found(
     for values in wrong[:, : first + 1].T.tolist():
         checks.add(CorrectedSample(*values))
     assert [each.check for each in checks.untrusted] == [check]
+
+
+def test_a_gyro_in_degrees_is_found_where_the_robot_leans_little() -> None:
+    """Its turn looks too large there for an upright robot."""
+    columns = twbr.simulate(
+        "W1", seed=315, dt=0.005, duration=25.0, scene="drive"
+    ).corrected_samples.columns
+    checks, turn = RollingCheck(), 0.0
+    for index, values in enumerate(columns.T.tolist()):
+        sample = CorrectedSample._make(values)
+        rate = math.degrees(sample.gyro_y)
+        turn += rate * sample.dt
+        checks.add(sample._replace(gyro_y=rate), turn)
+        if index % 20 == 19:
+            checks.end_block(20)
+        if checks.wrong is not None:
+            break
+    assert checks.wrong is not None and checks.wrong.check == "unit"
 
 
 def late(seconds: float) -> Change:

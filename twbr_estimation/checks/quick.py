@@ -31,6 +31,9 @@ IN_DEGREES = 20.0
 TURNS = "its y axis turns {:.3g} times as far as the accelerometer's x axis leans"
 GRAVITY_TOLERANCE = 0.3
 """Share by which the mean specific force may differ from gravity."""
+NO_FORCE = (0.4, 2.5)
+"""Ratios of the mean specific force to gravity beyond which it is in another unit. With g for
+m/s^2 and a bias in m/s^2 taken off, the ratio is between 0.04 and 0.2."""
 
 
 class _Block(NamedTuple):
@@ -194,7 +197,7 @@ class QuickChecks:
         """Return the other unit that the accelerometer has, until its mean reading is gravity."""
         if gravity is None:
             self._other_unit = None
-        elif gravity.ratio is not None and of_accelerometer(gravity.ratio):
+        elif gravity.ratio is not None and not NO_FORCE[0] < gravity.ratio < NO_FORCE[1]:
             self._other_unit = gravity
         return self._other_unit
 

@@ -152,12 +152,7 @@ class RollingCheck:
 
     def _look(self, rows: FloatArray) -> None:
         """Judge the window; believe what is found several times in a row."""
-        if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
-            self._seen = 0
-            return
-        fit = fitted(rows, 0, 1)
-        right = fit.clear and SIGNS[0] < fit.ratio < SIGNS[1]
-        found = None if right else _contradiction(rows, fit)
+        right, found = _judged(rows)
         if not right and found is None:
             self._seen = 0
             return
@@ -256,6 +251,36 @@ def _as_configured(rows: FloatArray, radius: float) -> float:
     return math.sqrt(float(left @ left) / rows.shape[0])
 
 
+def _judged(rows: FloatArray) -> tuple[bool, Finding | None]:
+    """Return whether a window shows that all is right, and what it shows to be wrong."""
+    if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+        return False, _in_degrees(rows)
+    fit = fitted(rows, 0, 1)
+    if fit.clear and SIGNS[0] < fit.ratio < SIGNS[1]:
+        return True, None
+    return False, _contradiction(rows, fit)
+
+
+def _in_degrees(rows: FloatArray) -> Finding | None:
+    """Return that the gyro reports deg/s where its turn fits as degrees: upright, it is small."""
+    scaled = rows.copy()
+    scaled[:, 3:9] *= math.radians(1.0)
+    if not _within(scaled, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+        return None
+    fit = fitted(scaled, 0, 1)
+    if not fit.clear or not WHOLE[0] < abs(fit.ratio) < WHOLE[1] or fit.share > FITTING_AXES:
+        return None
+    return _of_unit(math.degrees(1.0) / fit.ratio)
+
+
+def _of_unit(turns: float) -> Finding:
+    text = (
+        f"while the robot rolls, its y axis turns {turns:.3g} times as far as the accelerometer's "
+        "x axis leans: give rad/s and m/s^2"
+    )
+    return Finding(Severity.FAIL, "gyro", "unit", text, turns)
+
+
 def _contradiction(rows: FloatArray, fit: Fit) -> Finding | None:
     """Return what is wrong where the force does not show the gyro's turn as it should."""
     if fit.clear and -SIGNS[1] < fit.ratio < -SIGNS[0]:
@@ -267,11 +292,9 @@ def _contradiction(rows: FloatArray, fit: Fit) -> Finding | None:
         return Finding(Severity.FAIL, subject, "sign", text, 1.0 / fit.ratio, "robot.mounting")
     calm = _within(rows, *CALM)
     if calm and fit.clear and not UNITS[0] < abs(fit.ratio) < UNITS[1]:
-        text = (
-            f"while the robot rolls, its y axis turns {1.0 / fit.ratio:.3g} times as far as the "
-            "accelerometer's x axis leans: give rad/s and m/s^2"
-        )
-        return Finding(Severity.FAIL, "gyro", "unit", text, 1.0 / fit.ratio)
+        return _of_unit(1.0 / fit.ratio)
+    if not calm and (found := _in_degrees(rows)) is not None:
+        return found
     better, fitting = (OTHER_AXIS, FITTING_AXES) if calm else (WILD_OTHER_AXIS, WILD_FITTING_AXES)
     for force, turn in AXES:
         other = fitted(rows, force, turn)
