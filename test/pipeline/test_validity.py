@@ -9,6 +9,8 @@ import pytest
 from twbr_estimation.pipeline.validity import (
     EARNED_STDDEV,
     EARNED_TIME,
+    LYING,
+    LYING_STDDEV,
     VALID_STDDEV,
     begin,
     certain,
@@ -22,13 +24,13 @@ SHORT, LONG = 0.5 * EARNED_TIME, 2.0 * EARNED_TIME
 
 
 def verdicts(
-    phases: list[tuple[float, float]], valid_stddev: float = VALID_STDDEV
+    phases: list[tuple[float, float]], valid_stddev: float = VALID_STDDEV, tilt: float = 0.0
 ) -> Iterator[bool]:
     """Yield the verdict at the end of each phase: a stated deviation [rad] and its duration [s]."""
     now, rest = None, dict.fromkeys(CorrectedSample._fields, 0.0)
     sample = CorrectedSample(**{**rest, "dt": DT, "accel_z": STANDARD_GRAVITY})
     for stddev, duration in phases:
-        estimate = TiltEstimate(0.0, 0.0, 0.0, stddev * stddev)
+        estimate = TiltEstimate(tilt, 0.0, 0.0, stddev * stddev)
         for _ in range(round(duration / DT)):
             if now is None:
                 now = begin(sample, estimate, unknown=False)
@@ -60,3 +62,14 @@ def test_a_deviation_is_earned_small_and_lost_large(
 def test_a_users_smaller_limit_holds_for_both() -> None:
     limit = 0.5 * SMALL
     assert list(verdicts([(0.9 * limit, LONG), (1.1 * limit, DT)], limit)) == [True, False]
+
+
+@pytest.mark.parametrize("tilt", [LYING + 0.01, -LYING - 0.01, 3.1])
+def test_the_tilt_of_a_robot_that_lies_must_be_better_known(tilt: float) -> None:
+    little, more = 0.9 * LYING_STDDEV, 1.1 * LYING_STDDEV
+    assert list(verdicts([(little, LONG), (more, DT), (little, DT)], tilt=tilt)) == [
+        True,
+        False,
+        True,
+    ]
+    assert list(verdicts([(little, LONG), (more, DT)], tilt=0.9 * LYING)) == [True, True]

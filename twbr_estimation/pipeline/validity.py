@@ -24,6 +24,11 @@ EARNED_STDDEV = 0.08
 """The filter's own deviation [rad] below which its tilt is trusted first, and again."""
 EARNED_TIME = 3.0
 """A tilt that has been trusted for less is lost again at that deviation, too [s]."""
+LYING = 0.8
+"""A robot that leans further does not balance, and loses nothing where its tilt is not trusted
+[rad]."""
+LYING_STDDEV = 0.05
+"""The filter's own deviation [rad] above which the tilt of such a robot is not trusted."""
 CLEARED_STDDEV = 0.05
 """Doubt [rad] below which a tilt that was not trusted is trusted again."""
 CAUSE = 0.0125
@@ -122,7 +127,7 @@ def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Wat
         BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
         0.0 if unknown else AFTERMATH,
-        _certain(-1.0, estimate.tilt_variance, 0.0, VALID_STDDEV),
+        _certain(-1.0, estimate, 0.0, VALID_STDDEV),
         Reference(sample.angle, variance, variance),
         unseen.begin(sample),
     )
@@ -179,7 +184,7 @@ def watch(
         known,
         before.bias,
         calm,
-        _certain(before.certain, estimate.tilt_variance, sample.dt, valid_stddev),
+        _certain(before.certain, estimate, sample.dt, valid_stddev),
         carried,
         stream,
     )
@@ -279,14 +284,18 @@ def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
     return 1.0 if doubt <= limit * limit else 0.0
 
 
-def _certain(before: float, variance: float, dt: float, valid_stddev: float) -> float:
+def _certain(before: float, estimate: TiltEstimate, dt: float, valid_stddev: float) -> float:
     """Return for how long the filter's own deviation has let its tilt count; see `Watch`.
 
     What has just become certain may be so by a lie that is found out next, and a transient of a
-    tilt that has long been certain must not stop the motors.
+    tilt that has long been certain must not stop the motors of a robot that balances.
     """
-    limit = valid_stddev if before > EARNED_TIME else min(EARNED_STDDEV, valid_stddev)
-    return max(before, 0.0) + dt if variance <= limit * limit else -1.0
+    limit = valid_stddev
+    if abs(wrapped(estimate.tilt)) > LYING:
+        limit = min(LYING_STDDEV, valid_stddev)
+    elif before <= EARNED_TIME:
+        limit = min(EARNED_STDDEV, valid_stddev)
+    return max(before, 0.0) + dt if estimate.tilt_variance <= limit * limit else -1.0
 
 
 def certain(now: Watch) -> bool:
