@@ -27,14 +27,17 @@ from twbr_estimation.filters.inertial.navigation import Navigation, read
 from twbr_estimation.filters.inertial.restart import begin_navigation
 from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
 from twbr_estimation.filters.inertial.vertical import (
+    at_rest,
     begin_vertical,
     contradicts_rest,
     followed,
+    variance_of,
 )
 from twbr_estimation.filters.inertial.wheel_check import (
     RELAPSE_FACTOR,
     begin_check,
     believed,
+    checked,
     condemned,
 )
 from twbr_estimation.robot import Robot
@@ -90,6 +93,52 @@ def test_the_gain_of_an_accelerometer_is_that_along_the_vertical(tilt: float) ->
     assert gravity.gain == pytest.approx(1.035, abs=0.003)
 
 
+@pytest.mark.parametrize("force", [1.0, 60.0])
+def test_falls_and_impacts_say_nothing_of_the_gain_of_an_accelerometer(force: float) -> None:
+    assert weighed(begin_gravity(), sample(accel_z=force), LEVEL) == begin_gravity()
+
+
+@pytest.mark.parametrize(("axis", "unsure"), [(0, True), (1, True), (2, False)])
+def test_a_quick_turn_leaves_the_vertical_unsure_by_the_gain_of_the_gyro(
+    axis: int, unsure: bool
+) -> None:
+    """Half a turn in 0.5 s; rest ends it, and a turn about the vertical does not matter."""
+    vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.0134)
+    rate = [0.0, 0.0, 0.0]
+    for k in range(100):
+        rate[axis] = 2.0 * math.pi
+        turn = 0.5 * rate[axis] * (k + 1) * DT
+        parts = [0.0, 0.0, 0.0]
+        parts[axis] = math.sin(turn)
+        body = matrix_of((math.cos(turn), parts[0], parts[1], parts[2]))
+        up = {"accel_x": body[6], "accel_y": body[7], "accel_z": body[8]}
+        force = {name: STANDARD_GRAVITY * share for name, share in up.items()}
+        spin = dict(zip(("gyro_x", "gyro_y", "gyro_z"), rate, strict=True))
+        vertical = followed(
+            vertical, body, (rate[0], rate[1], rate[2]), sample(**force, **spin), 0.0, 0.05
+        )
+    deviation = math.sqrt(variance_of(vertical))
+    assert (0.8 * 0.05 * math.pi < deviation < 0.05 * math.pi) is unsure
+    accel, still = (force["accel_x"], force["accel_y"], force["accel_z"]), (0.0, 0.0, 0.0)
+    for _ in range(60):
+        vertical = at_rest(vertical, body, accel, still, 1e-4, DT)
+    assert math.sqrt(variance_of(vertical)) < 0.02
+
+
+@pytest.mark.parametrize(("still", "proof"), [(True, False), (False, True)])
+def test_a_body_that_lies_still_proves_no_wheels(still: bool, proof: bool) -> None:
+    """What the squares remember of the motion before is no proof."""
+    entry = filter_named("ins_odometer")
+    geometry = entry.derive(entry.configure(), Robot()).geometry
+    nav, moved = begin_navigation((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (0.0, 1.0, 1.0)
+    check = condemned(begin_check())._replace(known=1.0, waiting=0.0, slow=moved, fast=moved)
+    for _ in range(40):
+        reading = sample(wheel_count=2.0)
+        now = read(nav, (0.0, 0.0, 0.0), reading)
+        check = checked(check, reading, now, 1e-4, 0.0, geometry, still, False)
+    assert (check.trust.proven > 0.1) is proof
+
+
 @pytest.mark.parametrize("axis", [0, 1])
 def test_the_vertical_learns_the_bias_of_the_gyro(axis: int) -> None:
     """The navigation turns by the bias, which the specific force does not follow."""
@@ -104,7 +153,7 @@ def test_the_vertical_learns_the_bias_of_the_gyro(axis: int) -> None:
         body = matrix_of(tuple(np.array(attitude) / np.linalg.norm(attitude)))  # type: ignore[arg-type]
         rate = (bias[0], bias[1], bias[2])
         reading = sample(gyro_x=bias[0], gyro_y=bias[1])
-        vertical = followed(vertical, body, rate, reading, 0.0)
+        vertical = followed(vertical, body, rate, reading, 0.0, 0.0)
     assert vertical.bias[axis] == pytest.approx(0.02, abs=0.002)
 
 

@@ -96,6 +96,7 @@ from .inertial.vertical import (
     off_level,
     swayed_variance,
     unseen_variance,
+    unsettled_variance,
     with_axes_turned,
 )
 from .inertial.wheel_check import (
@@ -135,6 +136,9 @@ UNSEEN_WITH_WHEELS = 0.3
 found wrong."""
 UNSEEN_PROVEN = 0.1
 """The same where they have proven right."""
+FAR = 0.8
+"""Further from upright a body falls, lies or is lifted: its wheels teach nothing of the gyro's
+gains [rad]."""
 REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SEEN = 1.0
@@ -238,7 +242,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     stillness = noticed(state.stillness, sample)
     clipping = clipped(state.clipping, last.gyro[1], sample)
     unseen = unseen_turn(clipping, sample, now.body)
-    vertical = followed(state.vertical, now.body, now.rate, sample, unseen)
+    vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     still, off = is_still(stillness, vertical.bias), rest_variance(stillness)
     if still and contradicts_rest(vertical, now.body, stillness.accel, off, stillness.time):
         still = False
@@ -407,9 +411,11 @@ def _aided(
         begin_distance(p, wheel_slopes(nav, now, geometry), first)
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    compared = aid(p, error, nav, now, sample, wheels, aiding, geometry, time, step_size)
+    unlearnt = still or abs(moved.tilt) > FAR
+    compared = aid(p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, unlearnt)
     if still:
-        off, lasted = rest_variance(moved.stillness), moved.stillness.time
+        lasted = moved.stillness.time
+        off = max(rest_variance(moved.stillness), unsettled_variance(moved.vertical))
         observe_rest(p, error, moved.vertical.up, off, lasted, time)
     return with_correction(compared, error[GYRO_BIAS + 1], time)
 

@@ -237,9 +237,9 @@ def _observed(
         noise = geometry.wheel_noise * geometry.wheel_noise
         observe(p, error, wheel_slopes(nav, now, geometry), residual, noise, 1.0, 1.0)
     if sample.wheel_count > 1.5:
-        observe_side(p, error, nav, now, 1.0, c.geometry)
+        observe_side(p, error, nav, now, 1.0, 1.0, c.geometry)
     if aiding.unchecked >= ROOM_PERIOD:
-        observe_room(p, error, nav, now, sample.wheel_count, 1.0, c.geometry)
+        observe_room(p, error, nav, now, sample.wheel_count, 1.0, 1.0, c.geometry)
 
 
 def transition_of(

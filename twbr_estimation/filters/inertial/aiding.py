@@ -150,10 +150,12 @@ def aid(
     geometry: Geometry,
     time: float,
     step: float,
+    unlearnt: bool,
 ) -> Aiding:
     """Compare with all that is known at this sample, `time` [s] after the last comparison.
 
-    Of the encoders, `wheels` are used, which count in steps of `step` [rad].
+    Of the encoders, `wheels` are used, which count in steps of `step` [rad]. Where it is `unlearnt`
+    the gyro's gains stay as they are.
 
     Returns:
         What to remember.
@@ -161,17 +163,18 @@ def aid(
     slipping, square = 0.0, 1.0
     may_slip = aiding.slipping < LONGEST_SLIP
     slow = 1.0 if aiding.calm >= HOLD and may_slip else 0.0
+    gains = 0.0 if unlearnt else 1.0
     if wheels > 0.0:
-        square = _wheel(p, error, nav, now, sample, slow, geometry, may_slip, step, time)
+        square = _wheel(p, error, nav, now, sample, slow, gains, geometry, may_slip, step, time)
         if square > SLIP_GATE * SLIP_GATE:
             slipping = aiding.slipping + time
             if may_slip:
                 square = SLIP_GATE * SLIP_GATE
     if wheels > 1.5:
-        observe_side(p, error, nav, now, slow, geometry)
+        observe_side(p, error, nav, now, slow, gains, geometry)
     unchecked = aiding.unchecked
     if unchecked >= ROOM_PERIOD:
-        observe_room(p, error, nav, now, wheels, slow, geometry)
+        observe_room(p, error, nav, now, wheels, slow, gains, geometry)
         unchecked = 0.0
     saturated = 1.0 if gyro_saturated(sample) else 0.0
     share = min(time / SURPRISE_TIME, 1.0)
@@ -235,6 +238,7 @@ def _wheel(
     now: InertialReading,
     sample: CorrectedSample,
     slow: float,
+    gains: float,
     geometry: Geometry,
     may_slip: bool,
     step: float,
@@ -251,7 +255,7 @@ def _wheel(
     square = residual * residual / (scatter_of(p, h) + variance)
     if may_slip:
         p[DISTANCE, DISTANCE] += beyond_gate(p, h, residual, variance)
-    observe(p, error, h, residual, variance, slow, 1.0)
+    observe(p, error, h, residual, variance, slow, gains)
     return square
 
 
@@ -306,7 +310,13 @@ def begin_distance(p: Array, h: Slopes, variance: float) -> None:
 
 
 def observe_side(
-    p: Array, error: Array, nav: Navigation, now: InertialReading, slow: float, geometry: Geometry
+    p: Array,
+    error: Array,
+    nav: Navigation,
+    now: InertialReading,
+    slow: float,
+    gains: float,
+    geometry: Geometry,
 ) -> None:
     """Two wheels on the ground do not move sideways."""
     m = now.body
@@ -317,7 +327,7 @@ def observe_side(
         (ATTITUDE + 2, VELOCITY, VELOCITY + 1, VELOCITY + 1),
         (-(x * forward + y * left), -left, forward, 0.0),
     )
-    observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, slow, 1.0)
+    observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, slow, gains)
 
 
 def observe_room(
@@ -327,12 +337,14 @@ def observe_room(
     now: InertialReading,
     wheels: float,
     slow: float,
+    gains: float,
     geometry: Geometry,
 ) -> None:
     """A balancing robot is slow and about where it was unless it falls; wheels know better."""
     x, y, z = nav.position
     forward, left = heading_of(now.body)
-    gains, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
+    share, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
+    gains *= share
     observe(p, error, _displaced(0.0, 0.0, 1.0), -z, room * room, slow, gains)
     side = _displaced(-left, forward, 0.0)
     observe(p, error, side, x * left - y * forward, room * room, slow, gains)

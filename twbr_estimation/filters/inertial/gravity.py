@@ -6,6 +6,7 @@ have no share in that mean.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from ...samples import STANDARD_GRAVITY, CorrectedSample, is_saturated
@@ -15,6 +16,9 @@ FIRST_TIME, LONGEST_TIME = 5.0, 30.0
 """Times that the first guess, 1, and the mean stand for [s]."""
 LARGEST = 0.08
 """No calibrated accelerometer is further off."""
+PUSHED = 0.15
+"""A specific force further from gravity, as in a fall and its impacts, is left out: what it lacks
+and what it exceeds rarely come to the same, as impacts go beyond the range and the bandwidth."""
 
 
 class FeltGravity(NamedTuple):
@@ -39,9 +43,11 @@ def weighed(gravity: FeltGravity, sample: CorrectedSample, body: Matrix) -> Felt
         sample: as read, not scaled.
         body: attitude.
     """
-    if is_saturated(sample):
+    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
+    off = math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
+    if abs(off) > PUSHED or is_saturated(sample):
         return gravity
-    up = body[6] * sample.accel_x + body[7] * sample.accel_y + body[8] * sample.accel_z
+    up = body[6] * x + body[7] * y + body[8] * z
     time = min(gravity.time + sample.dt, LONGEST_TIME)
     gain = gravity.gain + sample.dt / time * (up / STANDARD_GRAVITY - gravity.gain)
     return FeltGravity(min(max(gain, 1.0 - LARGEST), 1.0 + LARGEST), time)

@@ -60,16 +60,24 @@ class Vertical(NamedTuple):
     """Time that the averages stand for [s]."""
     pending: float
     """Mean square of the angle between `force` and `up` of late [rad^2]."""
+    scaled: tuple[float, float]
+    """How far an error of the gyro's gain may have turned it of late, level axes [rad]."""
 
 
 def begin_vertical(force: Vector, bias: Vector, variance: float) -> Vertical:
     """Begin where the navigation is level, with a variance [rad^2] of that."""
-    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0)
+    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0, (0.0, 0.0))
 
 
 def variance_of(vertical: Vertical) -> float:
     """Return the variance of the direction, for each level axis [rad^2]."""
-    return BASE + vertical.pending + unseen_variance(vertical)
+    return BASE + unsettled_variance(vertical)
+
+
+def unsettled_variance(vertical: Vertical) -> float:
+    """Return the part of that which rest takes away [rad^2]."""
+    x, y = vertical.scaled
+    return vertical.pending + unseen_variance(vertical) + x * x + y * y
 
 
 def unseen_variance(vertical: Vertical) -> float:
@@ -88,6 +96,7 @@ def followed(
     rate: Vector,
     sample: CorrectedSample,
     unseen: float,
+    gain: float,
 ) -> Vertical:
     """Return the vertical one sample later.
 
@@ -97,6 +106,7 @@ def followed(
         rate: the rate that led to it, body axes [rad/s].
         sample: the new one.
         unseen: variance of a turn that the gyro could not see [rad^2].
+        gain: standard deviation of the gyro's gain.
     """
     dt, b = sample.dt, vertical.bias
     drift = rotated(
@@ -109,12 +119,17 @@ def followed(
     )
     up, force = turned_by(vertical.up, drift), turned_by(vertical.force, drift)
     age, pending = vertical.age, vertical.pending
+    turn, keep = (
+        rotated(body, (gain * dt * rate[0], gain * dt * rate[1], gain * dt * rate[2])),
+        max(1.0 - dt / MEMORY, 0.0),
+    )
+    scaled = keep * vertical.scaled[0] + turn[0], keep * vertical.scaled[1] + turn[1]
     if unseen > 0.0:
         age = 1.0 / (1.0 / age + unseen / SWAY)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     size = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if size < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending)
+        return Vertical(up, force, b, age, pending, scaled)
     age = min(age + dt, MEMORY)
     felt, share = rotated(body, accel), min(dt / age, 1.0)
     force = (
@@ -124,13 +139,14 @@ def followed(
     )
     length = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
     if length < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending)
+        return Vertical(up, force, b, age, pending, scaled)
     off = (force[0] / length - up[0], force[1] / length - up[1], force[2] / length - up[2])
     half = 0.5 * share
     up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
     square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
     pending += min(dt / PENDING_TIME, 1.0) * (square - pending)
-    return Vertical(up, force, learnt_bias(b, body, cross(up, off), dt, age), age, pending)
+    bias = learnt_bias(b, body, cross(up, off), dt, age)
+    return Vertical(up, force, bias, age, pending, scaled)
 
 
 def at_rest(
@@ -165,7 +181,9 @@ def at_rest(
         bounded(bias[1] + slow * (gyro[1] - bias[1])),
         bounded(bias[2] + slow * (gyro[2] - bias[2])),
     )
-    return Vertical(up, force, learnt, _aged(vertical.age, share), (1.0 - share) * vertical.pending)
+    left, (p, q) = 1.0 - share, vertical.scaled
+    age, pending = _aged(vertical.age, share), left * vertical.pending
+    return Vertical(up, force, learnt, age, pending, (left * p, left * q))
 
 
 def contradicts_rest(
@@ -202,7 +220,8 @@ def agreed(vertical: Vertical, dt: float) -> Vertical:
     x, y, z = vertical.force
     force = (keep * x, keep * y, z)
     age = _aged(vertical.age, share)
-    return Vertical(up, force, vertical.bias, age, keep * vertical.pending)
+    p, q = vertical.scaled
+    return Vertical(up, force, vertical.bias, age, keep * vertical.pending, (keep * p, keep * q))
 
 
 def learnt_bias(bias: Vector, body: Matrix, error: Vector, dt: float, age: float) -> Vector:
@@ -241,6 +260,7 @@ def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
         vertical.bias,
         vertical.age,
         vertical.pending,
+        vertical.scaled,
     )
 
 
@@ -275,7 +295,8 @@ def body_by(vertical: Vertical, body: Matrix) -> Matrix:
 def levelled(vertical: Vertical, level: Quaternion) -> Vertical:
     """Return the vertical in axes that `levelling` has turned."""
     force = rotated(matrix_of(level), vertical.force)
-    return Vertical((0.0, 0.0, 1.0), force, vertical.bias, vertical.age, vertical.pending)
+    age, pending = vertical.age, vertical.pending
+    return Vertical((0.0, 0.0, 1.0), force, vertical.bias, age, pending, vertical.scaled)
 
 
 def off_level(vertical: Vertical) -> float:

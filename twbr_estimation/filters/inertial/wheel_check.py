@@ -221,7 +221,8 @@ def checked(
     if moved_on.waiting > 0.0:
         return moved_on
     least = least_square(moved_on, sample.dt, geometry)
-    return _judged(moved_on, least, least + PER_TILT * PER_TILT * moved_on.unsure, sample.dt)
+    nothing = least + PER_TILT * PER_TILT * moved_on.unsure
+    return _judged(moved_on, least, nothing, still, sample.dt)
 
 
 def least_square(check: WheelCheck, dt: float, geometry: Geometry) -> float:
@@ -333,13 +334,14 @@ def _paused(
     )
 
 
-def _judged(check: WheelCheck, least: float, nothing: float, dt: float) -> WheelCheck:
+def _judged(check: WheelCheck, least: float, nothing: float, still: bool, dt: float) -> WheelCheck:
     """Judge by the squares.
 
     Args:
         check: with the squares of this sample.
         least: square of a velocity that counts for nothing, where the vertical is known.
         nothing: the same with what the vertical is unsure by.
+        still: whether the body lies still, which proves nothing.
         dt: [s].
     """
     slow, fast, trust = check.slow, check.fast, check.trust
@@ -350,7 +352,7 @@ def _judged(check: WheelCheck, least: float, nothing: float, dt: float) -> Wheel
     equal = fast[0] < EQUAL * (least + larger)
     if fast_share > ACQUITTED:
         lasting = 0.0
-    elif smaller > PROOF * PROOF * (least if equal else nothing):
+    elif not still and smaller > PROOF * PROOF * (least if equal else nothing):
         lasting += dt
     if doubted == 0.0 and fast_share > DOUBTED:
         doubted = 1.0
