@@ -43,6 +43,9 @@ LARGEST_BIAS = 0.05
 """[rad/s]."""
 LEAST_FORCE = 2.0
 """A smaller specific force has no direction to trust [m/s^2]."""
+SCALED = 0.8
+"""Share of the deviation of the gyro's gain that counts for turns of late: the navigation beside
+the vertical is turned by the same gyro."""
 PENDING_TIME = 2.0
 """Time over which the square of the outstanding correction is averaged [s]."""
 
@@ -119,10 +122,8 @@ def followed(
     )
     up, force = turned_by(vertical.up, drift), turned_by(vertical.force, drift)
     age, pending = vertical.age, vertical.pending
-    turn, keep = (
-        rotated(body, (gain * dt * rate[0], gain * dt * rate[1], gain * dt * rate[2])),
-        max(1.0 - dt / MEMORY, 0.0),
-    )
+    part, keep = SCALED * gain * dt, max(1.0 - dt / MEMORY, 0.0)
+    turn = rotated(body, (part * rate[0], part * rate[1], part * rate[2]))
     scaled = keep * vertical.scaled[0] + turn[0], keep * vertical.scaled[1] + turn[1]
     if unseen > 0.0:
         age = 1.0 / (1.0 / age + unseen / SWAY)
