@@ -42,7 +42,7 @@ FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
 ROOM_PERIOD = 0.25
 """Time between two comparisons with the room [s]."""
-BALANCING_RATE = 1.0
+BALANCING_RATE = 1.5
 """A body that turns faster may fall, and is neither slow nor where it was [rad/s]."""
 SIDE_SLIP = 0.1
 """Standard deviation of the axle's sideways velocity on two wheels [m/s]."""

@@ -16,7 +16,7 @@ FIRST_TIME, LONGEST_TIME = 5.0, 30.0
 """Times that the first guess, 1, and the mean stand for [s]."""
 LARGEST = 0.08
 """No calibrated accelerometer is further off."""
-PUSHED = 0.15
+PUSHED = 0.5
 """A specific force further from gravity, as in a fall and its impacts, is left out: what it lacks
 and what it exceeds rarely come to the same, as impacts go beyond the range and the bandwidth."""
 
