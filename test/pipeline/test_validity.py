@@ -48,6 +48,9 @@ def verdicts(
         ([(0.0, DT)], [True]),  # a filter that states none
         ([(BETWEEN, LONG), (SMALL, DT)], [False, True]),
         ([(SMALL, SHORT), (BETWEEN, DT)], [True, False]),  # it was a lie that was found out
+        ([(SMALL, SHORT), (0.1, DT)], [True, True]),  # pushed soon after the start
+        ([(SMALL, LONG), (LARGE, DT), (SMALL, SHORT), (0.1, DT)], [True, False, True, False]),
+        ([(SMALL, LONG), (LARGE, DT), (SMALL, LONG), (0.1, LONG)], [True, False, True, True]),
         ([(SMALL, LONG), (BETWEEN, LONG)], [True, True]),  # no reason to stop the motors
         ([(SMALL, LONG), (LARGE, DT)], [True, False]),
         ([(SMALL, LONG), (LARGE, DT), (BETWEEN, LONG), (SMALL, DT)], [True, False, False, True]),

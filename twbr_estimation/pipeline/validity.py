@@ -22,8 +22,11 @@ VALID_STDDEV = 0.2
 """Deviation of a tilt [rad] above which it is not trusted, unless a user sets another."""
 EARNED_STDDEV = 0.08
 """The filter's own deviation [rad] below which its tilt is trusted first, and again."""
-EARNED_TIME = 3.0
-"""A tilt that has been trusted for less is lost again at that deviation, too [s]."""
+EARNED_TIME, FIRST_STDDEV = 3.0, 0.12
+"""A tilt that has been trusted again for less than the first [s] is lost at that deviation, too;
+one that is trusted for the first time, above the second [rad]: a robot may be pushed at once."""
+NEVER, LOST, FIRST = -2.0, -1.0, 10.0
+"""Values of `Watch.certain`: not trusted yet, not any more, and where the first time begins."""
 LYING = 0.8
 """A robot that leans further does not balance, and loses nothing where its tilt is not trusted
 [rad]."""
@@ -104,7 +107,8 @@ class Watch(NamedTuple):
     calm: float
     """Time since the last cause of doubt [s]."""
     certain: float
-    """Time for which the filter's own deviation has let its tilt count [s]; below 0 while not."""
+    """Time for which the filter's own deviation has let its tilt count [s], after the first time
+    from `FIRST` on; below 0 while not."""
     reference: Reference
     stream: Stream
 
@@ -127,7 +131,7 @@ def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Wat
         BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
         0.0 if unknown else AFTERMATH,
-        _certain(-1.0, estimate, 0.0, VALID_STDDEV),
+        _certain(LOST if unknown else NEVER, estimate, 0.0, VALID_STDDEV),
         Reference(sample.angle, variance, variance),
         unseen.begin(sample),
     )
@@ -295,7 +299,13 @@ def _certain(before: float, estimate: TiltEstimate, dt: float, valid_stddev: flo
         limit = min(LYING_STDDEV, valid_stddev)
     elif before <= EARNED_TIME:
         limit = min(EARNED_STDDEV, valid_stddev)
-    return max(before, 0.0) + dt if estimate.tilt_variance <= limit * limit else -1.0
+    elif FIRST <= before <= FIRST + EARNED_TIME:
+        limit = min(FIRST_STDDEV, valid_stddev)
+    if estimate.tilt_variance > limit * limit:
+        return NEVER if before == NEVER else LOST
+    if before < 0.0:
+        return FIRST if before == NEVER else 0.0
+    return before + dt if before >= FIRST else min(before + dt, 0.5 * FIRST)
 
 
 def certain(now: Watch) -> bool:
