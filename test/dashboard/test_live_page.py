@@ -93,11 +93,13 @@ def act(scene: Scene, action: str, words: str, first: str = "") -> None:
     """Press a button, again where nothing is said for long, and wait for its outcome.
 
     What is said stays for some seconds, and a press is lost while the page connects anew. Where
-    the outcome needs it, another button is pressed `first` each time.
+    the outcome needs it, another button is pressed `first` each time, half a second before.
     """
     for _ in range(4):
-        for each in filter(None, (first, action)):
-            click(scene.browser, each)
+        if first:
+            click(scene.browser, first)
+            scene.robots.wait(0.5)
+        click(scene.browser, action)
         end = time.monotonic() + 0.25 * TIMEOUT
         while time.monotonic() < end:
             if words in text(scene.browser):
