@@ -9,14 +9,13 @@ import pytest
 from twbr_estimation.pipeline.validity import (
     EARNED_STDDEV,
     EARNED_TIME,
-    LYING,
     LYING_STDDEV,
     VALID_STDDEV,
     begin,
     certain,
     watch,
 )
-from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
+from twbr_estimation.samples import LYING, STANDARD_GRAVITY, CorrectedSample, TiltEstimate
 
 DT = 0.01
 SMALL, BETWEEN, LARGE = 0.5 * EARNED_STDDEV, 0.5 * (EARNED_STDDEV + VALID_STDDEV), 0.25
@@ -33,7 +32,7 @@ def verdicts(
         estimate = TiltEstimate(tilt, 0.0, 0.0, stddev * stddev)
         for _ in range(round(duration / DT)):
             if now is None:
-                now = begin(sample, estimate, unknown=False)
+                now = begin(sample, estimate, False, valid_stddev)
             else:
                 now = watch(now, sample, estimate, valid_stddev)
         assert now is not None
@@ -65,6 +64,7 @@ def test_a_deviation_is_earned_small_and_lost_large(
 def test_a_users_smaller_limit_holds_for_both() -> None:
     limit = 0.5 * SMALL
     assert list(verdicts([(0.9 * limit, LONG), (1.1 * limit, DT)], limit)) == [True, False]
+    assert list(verdicts([(1.1 * limit, DT)], limit)) == [False]  # from the first sample on
 
 
 @pytest.mark.parametrize("tilt", [LYING + 0.01, -LYING - 0.01, 3.1])

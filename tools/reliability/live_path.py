@@ -110,4 +110,4 @@ def _take(
             found.not_finite += 1
             continue
         error = math.remainder(estimate.tilt - truth[stamp], 2.0 * math.pi)
-        found.outputs.append(Output(time, error, stream.trusted(estimate)))
+        found.outputs.append(Output(time, error, stream.trusted))

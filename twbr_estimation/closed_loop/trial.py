@@ -144,7 +144,7 @@ class Loop:
             self.corrected = self._corrector.step(sample)
             estimate = self.filters.step(self.corrected)
             tilt, rate = estimate.tilt, estimate.rate
-            self.balance.set_valid(self.filters.trusted(estimate))
+            self.balance.set_valid(self.filters.trusted)
         self.estimate = tilt
         self.balance.add_tilt(reading.stamp, tilt, rate)
         self.balance.add_wheels(WheelReading(reading.stamp, angle, difference, float(len(wheels))))

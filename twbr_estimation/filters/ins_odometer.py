@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate, is_saturated
+from ..samples import LYING, STANDARD_GRAVITY, CorrectedSample, TiltEstimate, is_saturated
 from .base import Filter, compiled_in_place
 from .inertial.adjusted import adjusted
 from .inertial.aiding import (
@@ -136,9 +136,6 @@ UNSEEN_WITH_WHEELS = 0.3
 found wrong."""
 UNSEEN_PROVEN = 0.1
 """The same where they have proven right."""
-FAR = 0.8
-"""Further from upright a body falls, lies or is lifted: its wheels teach nothing of the gyro's
-gains [rad]."""
 REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SEEN = 1.0
@@ -411,8 +408,10 @@ def _aided(
         begin_distance(p, wheel_slopes(nav, now, geometry), first)
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    unlearnt = still or abs(moved.tilt) > FAR
-    compared = aid(p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, unlearnt)
+    keep_gains = still or abs(moved.tilt) > LYING
+    compared = aid(
+        p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
+    )
     if still:
         lasted = moved.stillness.time
         off = max(rest_variance(moved.stillness), unsettled_variance(moved.vertical))

@@ -31,7 +31,7 @@ class Judged(NamedTuple):
     astray: float
     doubt: float
     missed: float
-    certain: float
+    certain_for: float
 
 
 class StepLayouts(NamedTuple):
@@ -121,7 +121,7 @@ def filter_step(entry: Filter, self_judged: bool) -> Callable[..., None]:
                 now.astray,
                 now.doubt,
                 now.missed,
-                now.certain,
+                now.certainty.time,
             ),
             results,
         )

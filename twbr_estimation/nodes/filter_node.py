@@ -155,7 +155,7 @@ class FilterNode(GuardedNode):
             return
         tilt = stream.published_tilt(estimate, self._age_of(stamp))
         outputs.publish(stamp, sample, estimate, tilt, stream.variance(estimate))
-        self._trusted = stream.trusted(estimate)
+        self._trusted = stream.trusted
         if self.pass_estimate is not None:  # the judgement first: the controller acts at once
             self._say_valid(self._trusted, always=False)
             self.pass_estimate(stamp, estimate, tilt)

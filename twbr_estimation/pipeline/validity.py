@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
+from ..samples import LYING, STANDARD_GRAVITY, CorrectedSample, TiltEstimate
 from . import unseen
 from .unseen import FREEZE, Stream, follow, misled, uncertainty, unseen_rotation
 
@@ -25,13 +25,9 @@ EARNED_STDDEV = 0.08
 EARNED_TIME, FIRST_STDDEV = 3.0, 0.12
 """A tilt that has been trusted again for less than the first [s] is lost at that deviation, too;
 one that is trusted for the first time, above the second [rad]: a robot may be pushed at once."""
-NEVER, LOST, FIRST = -2.0, -1.0, 10.0
-"""Values of `Watch.certain`: not trusted yet, not any more, and where the first time begins."""
-LYING = 0.8
-"""A robot that leans further does not balance, and loses nothing where its tilt is not trusted
-[rad]."""
 LYING_STDDEV = 0.05
-"""The filter's own deviation [rad] above which the tilt of such a robot is not trusted."""
+"""The filter's own deviation [rad] above which the tilt of a robot beyond `LYING` is not trusted;
+it does not balance, and loses nothing."""
 CLEARED_STDDEV = 0.05
 """Doubt [rad] below which a tilt that was not trusted is trusted again."""
 CAUSE = 0.0125
@@ -88,6 +84,15 @@ class BeforeSaturation(NamedTuple):
     """Of the reference [rad^2]."""
 
 
+class Certainty(NamedTuple):
+    """For how long the filter's own deviation has let its tilt count."""
+
+    time: float
+    """[s]; below 0 while it does not."""
+    lost: float
+    """1 where it has let it count before, or anything may have happened since, else 0."""
+
+
 class Watch(NamedTuple):
     """What the monitor remembers from one sample to the next."""
 
@@ -106,22 +111,27 @@ class Watch(NamedTuple):
     """Gyro bias of the filter when there was last no doubt [rad/s]."""
     calm: float
     """Time since the last cause of doubt [s]."""
-    certain: float
-    """Time for which the filter's own deviation has let its tilt count [s], after the first time
-    from `FIRST` on; below 0 while not."""
+    certainty: Certainty
     reference: Reference
     stream: Stream
 
 
-def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Watch:
+def begin(
+    sample: CorrectedSample,
+    estimate: TiltEstimate,
+    unknown: bool,
+    valid_stddev: float = VALID_STDDEV,
+) -> Watch:
     """Start with a sample whose angle is all that is known.
 
     Args:
         sample: the first one, or the first after a time in which anything may have happened.
         estimate: the filter's.
         unknown: whether it is the latter, so that the tilt has to be confirmed first.
+        valid_stddev: deviation above which the tilt is not trusted [rad].
     """
     variance = FIRST_SCATTER * FIRST_SCATTER
+    certainty = Certainty(-1.0, 1.0 if unknown else 0.0)
     return Watch(
         _UNKNOWN if unknown else variance,
         0.0 if unknown else 1.0,
@@ -131,7 +141,7 @@ def begin(sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> Wat
         BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
         0.0 if unknown else AFTERMATH,
-        _certain(LOST if unknown else NEVER, estimate, 0.0, VALID_STDDEV),
+        _certainty(certainty, estimate, 0.0, valid_stddev),
         Reference(sample.angle, variance, variance),
         unseen.begin(sample),
     )
@@ -155,7 +165,7 @@ def watch(
         before: what the sample before left.
         sample: the reading; its `dt` is above zero.
         estimate: what the filter made of it.
-        valid_stddev: doubt above which the tilt is not trusted [rad].
+        valid_stddev: deviation above which the tilt is not trusted [rad].
         self_judged: whether the filter makes up for saturation and gaps by itself; then it is
             astray only where the robot rests and the reference is well known.
 
@@ -188,7 +198,7 @@ def watch(
         known,
         before.bias,
         calm,
-        _certain(before.certain, estimate, sample.dt, valid_stddev),
+        _certainty(before.certainty, estimate, sample.dt, valid_stddev),
         carried,
         stream,
     )
@@ -212,7 +222,7 @@ def _passed(now: Watch, self_judged: bool) -> Watch:
         known,
         now.bias,
         now.calm,
-        now.certain,
+        now.certainty,
         Reference(wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter),
         now.stream,
     )
@@ -276,7 +286,7 @@ def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged
         now.known,
         bias,
         now.calm,
-        now.certain,
+        now.certainty,
         now.reference,
         now.stream,
     )
@@ -288,8 +298,10 @@ def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
     return 1.0 if doubt <= limit * limit else 0.0
 
 
-def _certain(before: float, estimate: TiltEstimate, dt: float, valid_stddev: float) -> float:
-    """Return for how long the filter's own deviation has let its tilt count; see `Watch`.
+def _certainty(
+    before: Certainty, estimate: TiltEstimate, dt: float, valid_stddev: float
+) -> Certainty:
+    """Return for how long the filter's own deviation has let its tilt count.
 
     What has just become certain may be so by a lie that is found out next, and a transient of a
     tilt that has long been certain must not stop the motors of a robot that balances.
@@ -297,20 +309,18 @@ def _certain(before: float, estimate: TiltEstimate, dt: float, valid_stddev: flo
     limit = valid_stddev
     if abs(wrapped(estimate.tilt)) > LYING:
         limit = min(LYING_STDDEV, valid_stddev)
-    elif before <= EARNED_TIME:
+    elif before.time < 0.0 or (before.lost > 0.0 and before.time <= EARNED_TIME):
         limit = min(EARNED_STDDEV, valid_stddev)
-    elif FIRST <= before <= FIRST + EARNED_TIME:
+    elif before.time <= EARNED_TIME:
         limit = min(FIRST_STDDEV, valid_stddev)
     if estimate.tilt_variance > limit * limit:
-        return NEVER if before == NEVER else LOST
-    if before < 0.0:
-        return FIRST if before == NEVER else 0.0
-    return before + dt if before >= FIRST else min(before + dt, 0.5 * FIRST)
+        return Certainty(-1.0, 1.0 if before.time >= 0.0 else before.lost)
+    return Certainty(before.time + dt if before.time >= 0.0 else 0.0, before.lost)
 
 
 def certain(now: Watch) -> bool:
     """Whether the filter's own deviation lets its tilt count."""
-    return now.certain >= 0.0
+    return now.certainty.time >= 0.0
 
 
 def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:

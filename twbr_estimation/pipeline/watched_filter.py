@@ -36,7 +36,7 @@ class WatchedFilter(TiltFilter):
     _in_code = False
     """Whether state and judgement lie with the machine code."""
     _judged: tuple[float, ...] = ()
-    """Its latest results: estimate, trusted, astray, doubt, missed, certain."""
+    """Its latest results: estimate, trusted, astray, doubt, missed, certain for."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class WatchedFilter(TiltFilter):
             entry: the filter.
             values: parameter values; defaults for the others.
             robot: geometry, for filters that need it.
-            valid_stddev: doubt above which the tilt is not trusted [rad].
+            valid_stddev: deviation above which the tilt is not trusted [rad].
 
         Raises:
             ConfigurationError: a parameter is unknown or out of bounds.
@@ -98,7 +98,7 @@ class WatchedFilter(TiltFilter):
 
     @property
     def valid_stddev(self) -> float:
-        """Doubt above which the tilt is not trusted [rad]."""
+        """Deviation above which the tilt is not trusted [rad]."""
         return self._valid_stddev
 
     @valid_stddev.setter
@@ -178,7 +178,7 @@ class WatchedFilter(TiltFilter):
         self._in_code = code.begin((self._coefficients, self._valid_stddev), (state, watched))
         if not self._in_code:
             self._code = None
-        judged = (watched.trusted, 0.0, watched.doubt, 0.0, watched.certain)
+        judged = (watched.trusted, 0.0, watched.doubt, 0.0, watched.certainty.time)
         self._judged = (*estimate_of(state), *judged)
         return self._in_code
 
@@ -195,7 +195,7 @@ class WatchedFilter(TiltFilter):
     def _begin(self, sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> None:
         if self._watch is not None:
             self._lost += self._watch.stream.lost
-        self._watch = begin(sample, estimate, unknown)
+        self._watch = begin(sample, estimate, unknown, self._valid_stddev)
 
     def _make_up(self, now: Watch, sample: CorrectedSample) -> TiltEstimate:
         """Add what a saturated gyro did not show; the filter else goes on as it was."""

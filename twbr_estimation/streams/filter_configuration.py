@@ -54,9 +54,14 @@ class FilterSettings:
     ] = 0.03
     valid_stddev: Annotated[
         float,
-        Bounds(1e-6, math.pi, "rad", "Above this standard deviation the tilt is not valid; it is "
-               "first, and again, below 0.08 rad of the filter's own"),
-    ] = VALID_STDDEV  # fmt: skip
+        Bounds(
+            1e-6,
+            math.pi,
+            "rad",
+            "Above this standard deviation the tilt is not valid; a tilt that is new, was lost or "
+            "lies far from upright needs a smaller one",
+        ),
+    ] = VALID_STDDEV
     settings_dt: Annotated[
         float, Bounds(0.0, 10.0, "s", "Sampling period the filters were tuned at; 0 if unknown")
     ] = 0.0

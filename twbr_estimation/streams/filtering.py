@@ -158,11 +158,10 @@ class FilterStream:
         own = estimate.tilt_variance or self._configuration.settings.tilt_stddev**2
         return own if self._active.trusted else max(own, self._active.doubt)
 
-    def trusted(self, estimate: TiltEstimate) -> bool:
-        """Return whether the filter's own variance and the samples let the tilt count as valid."""
-        limit = self._configuration.settings.valid_stddev
-        sure = self._active.trusted and estimate.tilt_variance <= limit * limit
-        return sure and self.input_valid and not self.checks.untrusted
+    @property
+    def trusted(self) -> bool:
+        """Whether the filter's own variance and the samples let the latest tilt count as valid."""
+        return self._active.trusted and self.input_valid and not self.checks.untrusted
 
     def contradictions(self) -> str:
         """Return how the sensors contradict each other; empty where they do not."""

@@ -150,11 +150,11 @@ def aid(
     geometry: Geometry,
     time: float,
     step: float,
-    unlearnt: bool,
+    keep_gains: bool,
 ) -> Aiding:
     """Compare with all that is known at this sample, `time` [s] after the last comparison.
 
-    Of the encoders, `wheels` are used, which count in steps of `step` [rad]. Where it is `unlearnt`
+    Of the encoders, `wheels` are used, which count in steps of `step` [rad]. Where `keep_gains`
     the gyro's gains stay as they are.
 
     Returns:
@@ -163,7 +163,7 @@ def aid(
     slipping, square = 0.0, 1.0
     may_slip = aiding.slipping < LONGEST_SLIP
     slow = 1.0 if aiding.calm >= HOLD and may_slip else 0.0
-    gains = 0.0 if unlearnt else 1.0
+    gains = 0.0 if keep_gains else 1.0
     if wheels > 0.0:
         square = _wheel(p, error, nav, now, sample, slow, gains, geometry, may_slip, step, time)
         if square > SLIP_GATE * SLIP_GATE:

@@ -16,7 +16,7 @@ FIRST_TIME, LONGEST_TIME = 5.0, 30.0
 """Times that the first guess, 1, and the mean stand for [s]."""
 LARGEST = 0.08
 """No calibrated accelerometer is further off."""
-PUSHED = 0.5
+FAR_FROM_GRAVITY = 0.5
 """A specific force further from gravity, as in a fall and its impacts, is left out: what it lacks
 and what it exceeds rarely come to the same, as impacts go beyond the range and the bandwidth."""
 
@@ -45,7 +45,7 @@ def weighed(gravity: FeltGravity, sample: CorrectedSample, body: Matrix) -> Felt
     """
     x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
     off = math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
-    if abs(off) > PUSHED or is_saturated(sample):
+    if abs(off) > FAR_FROM_GRAVITY or is_saturated(sample):
         return gravity
     up = body[6] * x + body[7] * y + body[8] * z
     time = min(gravity.time + sample.dt, LONGEST_TIME)

@@ -43,7 +43,7 @@ LARGEST_BIAS = 0.05
 """[rad/s]."""
 LEAST_FORCE = 2.0
 """A smaller specific force has no direction to trust [m/s^2]."""
-SCALED = 0.8
+GAIN_SHARE = 0.8
 """Share of the deviation of the gyro's gain that counts for turns of late: the navigation beside
 the vertical is turned by the same gyro."""
 PENDING_TIME = 2.0
@@ -63,7 +63,7 @@ class Vertical(NamedTuple):
     """Time that the averages stand for [s]."""
     pending: float
     """Mean square of the angle between `force` and `up` of late [rad^2]."""
-    scaled: tuple[float, float]
+    gain_error: tuple[float, float]
     """How far an error of the gyro's gain may have turned it of late, level axes [rad]."""
 
 
@@ -79,7 +79,7 @@ def variance_of(vertical: Vertical) -> float:
 
 def unsettled_variance(vertical: Vertical) -> float:
     """Return the part of that which rest takes away [rad^2]."""
-    x, y = vertical.scaled
+    x, y = vertical.gain_error
     return vertical.pending + unseen_variance(vertical) + x * x + y * y
 
 
@@ -122,15 +122,15 @@ def followed(
     )
     up, force = turned_by(vertical.up, drift), turned_by(vertical.force, drift)
     age, pending = vertical.age, vertical.pending
-    part, keep = SCALED * gain * dt, max(1.0 - dt / MEMORY, 0.0)
+    part, keep = GAIN_SHARE * gain * dt, max(1.0 - dt / MEMORY, 0.0)
     turn = rotated(body, (part * rate[0], part * rate[1], part * rate[2]))
-    scaled = keep * vertical.scaled[0] + turn[0], keep * vertical.scaled[1] + turn[1]
+    gain_error = keep * vertical.gain_error[0] + turn[0], keep * vertical.gain_error[1] + turn[1]
     if unseen > 0.0:
         age = 1.0 / (1.0 / age + unseen / SWAY)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     size = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if size < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending, scaled)
+        return Vertical(up, force, b, age, pending, gain_error)
     age = min(age + dt, MEMORY)
     felt, share = rotated(body, accel), min(dt / age, 1.0)
     force = (
@@ -140,14 +140,14 @@ def followed(
     )
     length = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
     if length < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending, scaled)
+        return Vertical(up, force, b, age, pending, gain_error)
     off = (force[0] / length - up[0], force[1] / length - up[1], force[2] / length - up[2])
     half = 0.5 * share
     up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
     square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
     pending += min(dt / PENDING_TIME, 1.0) * (square - pending)
     bias = learnt_bias(b, body, cross(up, off), dt, age)
-    return Vertical(up, force, bias, age, pending, scaled)
+    return Vertical(up, force, bias, age, pending, gain_error)
 
 
 def at_rest(
@@ -182,7 +182,7 @@ def at_rest(
         bounded(bias[1] + slow * (gyro[1] - bias[1])),
         bounded(bias[2] + slow * (gyro[2] - bias[2])),
     )
-    left, (p, q) = 1.0 - share, vertical.scaled
+    left, (p, q) = 1.0 - share, vertical.gain_error
     age, pending = _aged(vertical.age, share), left * vertical.pending
     return Vertical(up, force, learnt, age, pending, (left * p, left * q))
 
@@ -221,7 +221,7 @@ def agreed(vertical: Vertical, dt: float) -> Vertical:
     x, y, z = vertical.force
     force = (keep * x, keep * y, z)
     age = _aged(vertical.age, share)
-    p, q = vertical.scaled
+    p, q = vertical.gain_error
     return Vertical(up, force, vertical.bias, age, keep * vertical.pending, (keep * p, keep * q))
 
 
@@ -261,7 +261,7 @@ def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
         vertical.bias,
         vertical.age,
         vertical.pending,
-        vertical.scaled,
+        vertical.gain_error,
     )
 
 
@@ -297,7 +297,7 @@ def levelled(vertical: Vertical, level: Quaternion) -> Vertical:
     """Return the vertical in axes that `levelling` has turned."""
     force = rotated(matrix_of(level), vertical.force)
     age, pending = vertical.age, vertical.pending
-    return Vertical((0.0, 0.0, 1.0), force, vertical.bias, age, pending, vertical.scaled)
+    return Vertical((0.0, 0.0, 1.0), force, vertical.bias, age, pending, vertical.gain_error)
 
 
 def off_level(vertical: Vertical) -> float:
