@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from ..checks.finding import sentences
 from ..checks.quick import QuickChecks
+from ..configuration.filter_settings import Settings
 from ..filters.base import Filter, filter_named
 from ..pipeline.step_code import StepCode
 from ..pipeline.watched_filter import WatchedFilter
@@ -20,6 +21,8 @@ class FilterStream:
     def __init__(self, configuration: FilterConfiguration) -> None:
         """Prepare the filters; they start at the first sample."""
         self._configuration = configuration
+        self._tuned: Settings | None = None
+        """The configuration as a settings file has it, once somebody has asked."""
         self.checks = QuickChecks()
         """What the samples show to be wrong with the sensors."""
         self.input_valid = True
@@ -81,7 +84,7 @@ class FilterStream:
         for name, values in configuration.parameters.items():
             if values != before.parameters.get(name):
                 filter_named(name).configure(values)
-        self._configuration = configuration
+        self._configuration, self._tuned = configuration, None
         other_robot = configuration.robot != before.robot
         for running in self._running():
             values = configuration.parameters.get(running.name, {})
@@ -206,8 +209,9 @@ class FilterStream:
         if dt <= 0.0:
             return ()
         running = {each.name: each for each in self._running()}
-        settings = self._configuration.tuned()
-        found = list(settings.warnings(dt, [each.entry for each in running.values()]))
+        if self._tuned is None:
+            self._tuned = self._configuration.tuned()
+        found = list(self._tuned.warnings(dt, [each.entry for each in running.values()]))
         for each in running.values():
             found += each.entry.warnings(each.parameters, dt)
         return tuple(found)
