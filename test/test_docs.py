@@ -41,3 +41,48 @@ PAPERS = ("Laddach", "Sihite", "Chudzik", "Sun")
 )
 def test_the_equations_point_to_every_filter_of_the_papers(name: str) -> None:
     assert f"`filters.{name}.step`" in EQUATIONS
+
+
+def first_row(page: str, begin: str) -> list[str]:
+    """Return the cells of the first row of a table that begins so."""
+    lines = (ROOT / page).read_text().splitlines()
+    row = next(line for line in lines if line.startswith(f"| {begin}"))
+    return [cell.strip(" |*") for cell in row.split(" | ")]
+
+
+def measured(begin: str, column: int) -> float:
+    """Return the number that a cell of docs/accuracy.md begins with."""
+    return float(first_row("docs/accuracy.md", begin)[column].split()[0])
+
+
+FIVE_MS = 3
+"""Column of that period in the tables of the worlds."""
+
+
+@pytest.mark.parametrize(
+    ("begin", "ours", "complementary"),
+    [
+        *(
+            (
+                f"{name} W{world}",
+                [(f"W{world} | ins_odometer", FIVE_MS)],
+                [(f"W{world} | complementary", FIVE_MS)],
+            )
+            for name, world in (("simulated world", 2), ("world", 4))
+        ),
+        ("BROAD trials", [("BROAD, with wheels, mean", 1)], [("BROAD, with wheels, mean", 2)]),
+        (
+            "UIUC, slow and medium",
+            [("UIUC slow", 1), ("UIUC medium", 1)],
+            [("UIUC slow", 2), ("UIUC medium", 2)],
+        ),
+    ],
+)
+def test_the_figures_of_the_first_page_are_those_of_the_tables(
+    begin: str, ours: list[tuple[str, int]], complementary: list[tuple[str, int]]
+) -> None:
+    for cell, sources in zip(first_row("README.md", begin)[1:], (ours, complementary), strict=True):
+        shown = [each.strip("* ") for each in cell.split(",")]
+        for text, (row, column) in zip(shown, sources, strict=True):
+            decimals = len(text.partition(".")[2])
+            assert float(text) == round(measured(row, column), decimals)
