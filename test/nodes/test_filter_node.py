@@ -21,15 +21,22 @@ from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.filter_node import FilterNode
+from twbr_estimation.nodes.qos import latched
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.robot import Robot, Setup
 from twbr_estimation.ros_messages import stamp_of, tilt_of
-from twbr_estimation.samples import CorrectedSample
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
 
 COUNT = 300
 LONGEST = 60.0
 """Largest `timeout` [s]."""
 OUTPUTS = ("tilt", "imu/data", "tilt/compare")
+PERIOD = 5_000_000
+"""[ns]."""
+REST = CorrectedSample(
+    **{**dict.fromkeys(CorrectedSample._fields, 0.0), "dt": 0.005, "accel_z": STANDARD_GRAVITY}
+)
+"""A robot that stands upright."""
 
 
 def filter_in(graph: Any, **parameters: Any) -> FilterNode:
@@ -334,6 +341,38 @@ def test_a_contradiction_reaches_any_filter_of_another_process(
     result = correction.set_parameters([Parameter("robot.wheel_radius", value=0.05)])
     assert all(each.successful for each in result)
     graph.spin_until(lambda: node._stream.input_valid)
+
+
+def test_a_contradiction_is_forgotten_with_who_found_it(graph: Any) -> None:
+    node = filter_in(graph, timeout=LONGEST)
+    valid = graph.collect(Bool, "tilt/valid")
+    judge = graph.probe.create_publisher(Bool, "imu/valid", latched())
+    judge.publish(Bool(data=False))
+    graph.spin_until(lambda: not node._stream.input_valid)
+    for index in range(3):  # a gap says nothing of the sensors
+        node.take(400 * PERIOD * index, REST._replace(dt=2.0))
+    graph.spin_until(lambda: len(valid) > 0)
+    assert not valid[-1].data and not node._stream.input_valid
+    graph.probe.destroy_publisher(judge)
+    graph.spin_until(lambda: node._stream.input_valid)
+
+
+def test_a_step_that_fails_in_whatever_way_leaves_no_valid_tilt(
+    graph: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node = filter_in(graph, timeout=LONGEST)
+    valid = graph.collect(Bool, "tilt/valid")
+    for index in range(200):
+        node.take(PERIOD * index, REST)
+    graph.spin_until(lambda: valid and valid[-1].data)
+
+    def failing(sample: CorrectedSample) -> None:
+        raise IndexError("a filter of a user")
+
+    monkeypatch.setattr(node._stream, "step", failing)
+    with pytest.raises(IndexError):
+        node.take(PERIOD * 200, REST)
+    graph.spin_until(lambda: not valid[-1].data)
 
 
 def said(node: Any) -> str:

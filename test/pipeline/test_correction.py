@@ -200,6 +200,20 @@ def test_lost_wheel_degrades_to_the_other_terms_and_returns_without_a_jump() -> 
     )
 
 
+def test_a_counter_that_wraps_leaves_no_more_than_its_samples_without_the_wheel() -> None:
+    robot = Robot()
+    samples = moving_robot(robot)
+    setup, wrapped = Setup(robot, correction=QUICK), samples.columns.copy()
+    wheel = Sample._fields.index("wheel_angle")
+    wrapped[wheel] = np.mod(wrapped[wheel], 2.0 * math.pi)
+    jumps = int(np.sum(np.abs(np.diff(wrapped[wheel])) > math.pi))
+    assert jumps > 0
+    found = batch.correct(SampleTrack(samples.stamps, wrapped), setup).field("angle")
+    changed = np.abs(found - batch.correct(samples, setup).field("angle"))
+    assert np.sum(changed > 0.01) <= 3 * jumps
+    assert np.degrees(changed.max()) < 10.0
+
+
 @pytest.mark.parametrize("time_constant", [-0.00065, 0.0, 0.5])
 def test_any_stable_time_constant_is_accepted(time_constant: float) -> None:
     settings = CorrectionSettings(velocity_time_constant=time_constant)

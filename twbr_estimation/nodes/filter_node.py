@@ -63,8 +63,10 @@ class FilterNode(GuardedNode):
         self._transform = TiltTransform(self)
         self._age = StampAge()
         self._counts = {"samples": 0, "not_finite_estimates": 0, "failed_steps": 0}
-        self._trusted, self._lost = True, 0
+        self._trusted, self._lost = False, 0
         self._subscribes, self._joints, self._motors = subscribe, None, None
+        self._judge = ""
+        """Topic with the judgement of who corrects the samples; empty in the same process."""
         self._temperature: Any = None
         self.pass_motors = self._input.add_motors
         """Who gets the motor commands; a correction in the same process where there is one."""
@@ -74,7 +76,8 @@ class FilterNode(GuardedNode):
         """Called with what is published on `tilt/valid`."""
         if subscribe:
             listen(self, Imu, "imu/data_corrected", self._on_imu)
-            self.create_subscription(Bool, "imu/valid", self._on_valid, latched())
+            valid = self.create_subscription(Bool, "imu/valid", self._on_valid, latched())
+            self._judge = valid.topic_name
         self._find_inputs()
         self.create_service(Trigger, "~/reset", self._on_reset)
         self._code = MachineCode(self, self._use_machine_code)
@@ -145,6 +148,7 @@ class FilterNode(GuardedNode):
     def _filter(self, stamp: int, sample: CorrectedSample) -> None:
         stream, outputs = self._stream, self._outputs
         self._counts["samples"] += 1
+        self._trusted = False  # until the step is done, whatever ends it
         try:
             estimate = stream.step(sample)
         except ARITHMETIC as error:
@@ -165,7 +169,6 @@ class FilterNode(GuardedNode):
     def _lose(self, count: str, error: Exception | None = None) -> None:
         """Start the filters afresh, because the active one has no estimate."""
         self._counts[count] += 1
-        self._trusted = False
         self._stream.reset()
         if error is not None:
             self.note_error("filter", error)
@@ -188,6 +191,8 @@ class FilterNode(GuardedNode):
         if not fresh:
             for stamp, sample in self._input.flush():
                 self._filter(stamp, sample)
+        if not self._stream.input_valid and not self.count_publishers(self._judge):
+            self._stream.input_valid = True  # who found the samples wrong is gone
         self._say_valid(fresh and self._trusted)
         self._outputs.find_plotters()
 

@@ -23,6 +23,8 @@ from .step_code import StepCode
 
 _FREE_FALL = 1e-3  # below this specific force [m/s^2] there is no direction to measure
 
+FASTEST_WHEEL = 200.0
+"""No wheel turns faster [rad/s]: the counter wrapped, or began again."""
 _NO_WHEEL, _WHEEL_ANGLE, _WHEEL_VELOCITY = 0.0, 1.0, 2.0
 
 
@@ -228,6 +230,8 @@ def _wheel_velocity(
     if state.wheel_known == _NO_WHEEL:
         return 0.0, _WHEEL_ANGLE
     turn = (sample.wheel_angle - state.wheel_angle) / sample.dt + c.on_body * rate
+    if abs(turn) > FASTEST_WHEEL:
+        return state.velocity, state.wheel_known
     velocity = c.wheel_radius * turn  # (18)
     if state.wheel_known == _WHEEL_ANGLE:
         return velocity, _WHEEL_VELOCITY

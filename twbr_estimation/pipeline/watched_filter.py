@@ -111,7 +111,8 @@ class WatchedFilter(TiltFilter):
         """Whether neither the samples nor its own deviation leave the latest estimate in doubt."""
         if self._in_code:
             return self._judged[4] > 0.0 and self._judged[8] >= 0.0
-        return self._watch is None or (self._watch.trusted > 0.0 and certain(self._watch))
+        now = self._watch
+        return now is not None and now.trusted > 0.0 and certain(now)
 
     @property
     def doubted(self) -> bool:

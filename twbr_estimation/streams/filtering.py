@@ -114,8 +114,6 @@ class FilterStream:
     def step(self, sample: CorrectedSample) -> TiltEstimate:
         """Feed the active filter and return its estimate; `compare` comes after."""
         self.checks.add(sample)
-        if sample.dt > RESTART_GAP:
-            self.input_valid = True
         if 0.0 < sample.dt <= RESTART_GAP:
             self._elapsed += sample.dt
             self._steps += 1
