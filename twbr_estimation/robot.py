@@ -5,8 +5,6 @@ names of the nodes; `configuration` and the nodes derive theirs from these class
 describe an MPU6050 on the robot of Laddach 2022.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from enum import Enum

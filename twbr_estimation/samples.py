@@ -5,8 +5,6 @@ the robot leans forward. Everything is SI and radians. The records are named tup
 floats so that the same functions run interpreted in a node and compiled in a batch.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 from typing import NamedTuple
 

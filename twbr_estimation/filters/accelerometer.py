@@ -1,7 +1,5 @@
 """Baseline: the corrected angle as it comes, Laddach 2022 (13)."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ..samples import CorrectedSample, TiltEstimate

@@ -4,8 +4,6 @@ Laddach 2022 (32)-(33) as the text has them, which is the textbook alpha-beta (g
 of a position sensor. The comparison shows the benefit of the gyro.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np

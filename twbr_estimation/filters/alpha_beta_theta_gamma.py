@@ -6,8 +6,6 @@ to 0: the tracked rate hardly moves, theta is a gain on the gyro, and the rate a
 tilt really advances is that of the first equation of (39). That one is reported as `rate`.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np

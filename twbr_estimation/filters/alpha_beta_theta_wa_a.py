@@ -5,8 +5,6 @@ left-hand sides. With theta = 0, as printed for all sampling periods, the accele
 as it started and the filter is `alpha_beta_wob`.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 Laddach 2022 (41)-(43), variant iv.b, in the form of the journal.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np

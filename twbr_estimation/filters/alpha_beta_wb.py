@@ -4,8 +4,6 @@ Laddach 2022 (35)-(37). The samples are already free of the calibrated bias, so 
 estimated here starts at zero: it is the remainder after calibration.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np

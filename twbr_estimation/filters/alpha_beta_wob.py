@@ -5,8 +5,6 @@ matrices (34) correct it with the rate residual, and only they reproduce the pri
 and errors. The text form is the filter `alpha_beta_classic`.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ interpreted; batch runs compile the very same function. `step` and `reset` there
 scalars, tuples, `math` and small numpy arrays only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache

@@ -4,8 +4,6 @@ Laddach 2022 (44)-(50) and Chudzik 2021 (1)-(2) are the same recursion: Chudzik'
 is a = T_c / (T_c + dt). The gyro enters at the current sample, not the previous one.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..samples import CorrectedSample, TiltEstimate

@@ -4,8 +4,6 @@ Sihite 2018 (1), (36)-(37). Unlike `complementary` it takes gyro and angle one s
 and multiplies the old tilt alone by its weight c = exp(-sigma dt).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

@@ -11,8 +11,6 @@ without acceleration stands upright. The tilt is therefore that of the line from
 centre of mass, if the balance point of the model is right.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..robot import Robot

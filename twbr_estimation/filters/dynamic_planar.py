@@ -4,8 +4,6 @@ Sihite 2018, section III-D 4, (55)-(57): the filter of `dynamic_yaw` without hea
 The noise is that of a second; at 5 ms the defaults are the printed (56), (57).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ..robot import Robot

@@ -5,8 +5,6 @@ Sihite 2018 (40)-(54), with the terms of the squared yaw rate as they are right;
 the defaults are the printed (53), (54).
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..robot import Robot

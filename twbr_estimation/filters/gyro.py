@@ -1,7 +1,5 @@
 """Baseline: the integrated gyro, Laddach 2022 (44)."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ..samples import CorrectedSample, TiltEstimate

@@ -21,8 +21,6 @@ chapters 5, 14 and 16; the integration runs at every sample, the Kalman filter a
 every `PERIOD`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

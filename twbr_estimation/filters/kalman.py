@@ -8,8 +8,6 @@ A saturated gyro does not raise q1: the tilt would then follow the accelerometer
 where its error is largest; on the simulated rig this multiplied the error.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..samples import CorrectedSample

@@ -7,8 +7,6 @@ and Schwarz 1999 for navigation). The present innovation is part of the mean, so
 small weight in the sample in which it occurs. Tilt and bias are those of Laddach 2022 (26)-(31).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

@@ -10,8 +10,6 @@ covariance is corrected in Joseph's form, so that it stays one.
 # The products of the 3 x 3 matrices are written out: with the array operations of
 # `model_based.covariance` a live step takes ten times the processor time, and rounds otherwise.
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

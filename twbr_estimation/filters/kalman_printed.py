@@ -5,8 +5,6 @@ angle: the filter weights the accelerometer far too much. It is here to reproduc
 `kalman` is the right form.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..samples import CorrectedSample

@@ -5,8 +5,6 @@ they differ in the process noise alone, which the filter files pass. The covaria
 predicted with A P A^T: (28) prints A^-1, with which the bias would never be learned.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

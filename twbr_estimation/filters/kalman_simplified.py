@@ -7,8 +7,6 @@ from the sampling period; here that is the ratio `gyro_gain` = T / dt. With a ra
 no drift this is the recursion of `complementary` at one sampling period.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..samples import CorrectedSample, TiltEstimate

@@ -5,8 +5,6 @@ Kalman* give the printed errors. The complementary Kalman filter of Sihite 2018 
 and the Kalman filter of Chudzik 2021 (3)-(10) are this filter.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 from ..samples import CorrectedSample

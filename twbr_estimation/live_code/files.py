@@ -5,8 +5,6 @@ of other sources, by another numba or for another processor, is not used; neithe
 another user may have written. `NUMBA_CACHE_DIR` names another folder for them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import os

@@ -1,7 +1,5 @@
 """Compiled steps for correction and filters, where they have been prepared."""
 
-from __future__ import annotations
-
 import threading
 from functools import cache
 from typing import NamedTuple

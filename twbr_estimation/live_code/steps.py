@@ -4,8 +4,6 @@ A step is a function (sample, coefficients, state, results) of rows of doubles: 
 of its state and fills that of its results. It is derived from the functions of the live path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Publish the state of a node on `/diagnostics` at a slow, steady rate."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from enum import Enum

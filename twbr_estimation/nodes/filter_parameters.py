@@ -1,7 +1,5 @@
 """The parameters of all filters, the choice among them and the robot, as one whole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 

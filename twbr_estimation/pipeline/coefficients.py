@@ -1,7 +1,5 @@
 """Robot, calibration and settings as the numbers that a step of the correction needs."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ..robot import POLYNOMIAL_DEGREE, Calibration, EncoderPlacement, Robot, Setup

@@ -9,8 +9,6 @@ accel_z; the rate is gyro_y.
 `Corrector` holds their state for a live stream.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

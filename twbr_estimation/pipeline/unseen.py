@@ -3,8 +3,6 @@
 `begin` and `follow` are pure functions on named tuples, so that a batch can compile them.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

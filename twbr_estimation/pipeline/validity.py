@@ -9,8 +9,6 @@ filter has to start afresh from the reference.
 them.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

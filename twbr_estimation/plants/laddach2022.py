@@ -8,8 +8,6 @@ Tilt is positive leaning forward and speed positive driving forward, as in REP-1
 functions take and return named tuples of floats, so they run interpreted or compiled.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -9,8 +9,6 @@ and heading (positive to the left); its wheel 1 is the right one. Its a_y, which
 and has the opposite sign of a specific force, is the forward specific force of REP-103.
 """
 
-from __future__ import annotations
-
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -111,7 +109,7 @@ class Linear(NamedTuple):
     yaw_per_command: float
 
 
-def spatial_parameters(robot: Robot) -> SpatialParameters:
+def spatial_parameters(robot: "Robot") -> SpatialParameters:
     """Return the parameters of a robot; its commands are voltages."""
     gain = robot.gear_ratio * robot.torque_constant / robot.winding_resistance
     return SpatialParameters(

@@ -6,8 +6,6 @@ not follow from its own formula, and (28) lacks the centrifugal term; `linearise
 `accelerations` are right, `PRINTED` keeps what the paper's gains were computed from.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Settings of the published tilt and everything the filters of one stream are made of."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Inputs of a node: topic names, waiting times, and messages about missing inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum

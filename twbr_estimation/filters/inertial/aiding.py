@@ -3,8 +3,6 @@
 Each function takes in scalar measurements; arrays are changed in place.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ accelerometer, does not go on. About the vertical two wheel encoders
 measure what a clipped yaw rate does not.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The steps in which a wheel encoder counts, found from what it shows."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 FIRST_STEP = 0.15

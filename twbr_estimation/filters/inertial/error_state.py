@@ -13,8 +13,6 @@ array ends, at `STATES` at most: the compiler makes vectors of them, which suit 
 it would only unroll a known number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ A body that neither rises nor sinks for long is pushed up by gravity alone. Hori
 have no share in that mean.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

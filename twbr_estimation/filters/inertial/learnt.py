@@ -1,7 +1,5 @@
 """What the navigation had learnt of its sensors before its wheels came into doubt."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from .navigation import Navigation

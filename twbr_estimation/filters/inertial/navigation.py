@@ -5,8 +5,6 @@ estimated so far, are integrated to attitude, velocity, position and distance al
 heading (trapezoidal rule, coning included).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

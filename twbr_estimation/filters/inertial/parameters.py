@@ -4,8 +4,6 @@ All are physical and hold at any sampling period; the defaults describe a calibr
 on a robot indoors.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, NamedTuple
 

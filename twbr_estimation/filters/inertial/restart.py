@@ -1,7 +1,5 @@
 """Where and how the navigation begins, and begins again from the vertical."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

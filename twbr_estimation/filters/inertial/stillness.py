@@ -4,8 +4,6 @@ A run of readings that all stay near their mean is rest; the first one that does
 next run. Nothing that happened before a run can delay its end.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ Laidig and Seel 2023, VQF: Highly accurate IMU orientation estimation, section 3
 average is taken in axes that the gyro keeps.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

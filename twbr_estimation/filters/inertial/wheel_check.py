@@ -9,8 +9,6 @@ quarter where one of two is frozen, and a few hundredths where they roll. No cov
 navigation has a part in it: a lie that the navigation has learnt would vouch for itself.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ...samples import CorrectedSample

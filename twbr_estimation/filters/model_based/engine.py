@@ -9,8 +9,6 @@ Without wheels or motors, after a fall, or after a pause, the model cannot be us
 integrated and the corrected angle measured, as in the complementary Kalman filter (2), (39).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

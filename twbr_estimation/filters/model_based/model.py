@@ -8,8 +8,6 @@ The damped motion of the wheels is integrated exactly, because a stiff motor mak
 of (41) unstable.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
