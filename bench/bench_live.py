@@ -30,8 +30,8 @@ from rows import row
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
+from twbr_estimation.live_code.files import CORRECTION
 from twbr_estimation.live_code.loading import loaded
-from twbr_estimation.live_code.steps import CORRECTION
 from twbr_estimation.nodes.spin import make_executor
 from twbr_estimation.streams.messages import ImuEncoder, JointStateEncoder
 

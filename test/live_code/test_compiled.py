@@ -15,13 +15,13 @@ from twbr_estimation.errors import WorkerError
 from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.live_code import files, loading
 from twbr_estimation.live_code.checking import check, corrected_samples
+from twbr_estimation.live_code.files import CORRECTION
 from twbr_estimation.live_code.precompile import compiled, names_of
 from twbr_estimation.live_code.providing import (
     BackgroundSteps,
     compiled_correction,
     compiled_filter,
 )
-from twbr_estimation.live_code.steps import CORRECTION
 from twbr_estimation.pipeline.watched_filter import WatchedFilter
 from twbr_estimation.robot import Calibration, Setup
 from twbr_estimation.samples import CorrectedSample

@@ -11,8 +11,8 @@ from ..pipeline.correction import Corrector
 from ..pipeline.watched_filter import WatchedFilter
 from ..robot import Setup
 from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample
+from .files import CORRECTION
 from .providing import compiled_correction, compiled_filter
-from .steps import CORRECTION
 
 SAMPLES = 1500
 """Length of the drive: at 200 Hz with a rest, swings, slipping wheels and saturation."""

@@ -35,6 +35,8 @@ SOURCES = (
 """What the compiled steps are made of."""
 STEP = "step"
 """Ending of the files of steps."""
+CORRECTION = "correction"
+"""Name of the correction's step among those of the filters."""
 _DIGEST_SIZE = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 

@@ -18,14 +18,9 @@ from ..filters.base import filter_named, listed_filters
 from ..pipeline.watched_filter import SELF_JUDGED
 from . import files
 from .checking import check
+from .files import CORRECTION
 from .loading import processor
-from .steps import (
-    CORRECTION,
-    correction_layouts,
-    correction_step,
-    filter_layouts,
-    filter_step,
-)
+from .steps import correction_layouts, correction_step, filter_layouts, filter_step
 
 DEFAULT = ("ins_odometer",)
 

@@ -1,42 +1,45 @@
 """Compiled steps for correction and filters, where they have been prepared."""
 
+from __future__ import annotations
+
 import threading
-from functools import cache
-from typing import NamedTuple
+from collections.abc import Callable
+from functools import cache, partial
+from typing import TYPE_CHECKING
 
 from ..filters.base import Filter, filters
 from . import files
-from .layout import LayoutError
-from .loading import Function, loaded
-from .running import CompiledStep
-from .steps import CORRECTION, StepLayouts, correction_layouts, filter_layouts
+from .files import CORRECTION
+
+if TYPE_CHECKING:  # a node without prepared steps starts without what runs them
+    from .running import CompiledStep
 
 
-class _Found(NamedTuple):
-    function: Function
-    layouts: StepLayouts
+def _found(name: str, entry: Filter | None) -> Callable[[], CompiledStep] | None:
+    """Return what makes a step prepared for this computer; None where there is none."""
+    from .layout import LayoutError
+    from .loading import loaded
+    from .running import CompiledStep
+    from .steps import correction_layouts, filter_layouts
 
-
-def _found(name: str, entry: Filter | None) -> _Found | None:
-    """Return a step that has been prepared for this computer; None where there is none."""
     try:
         layouts = correction_layouts() if entry is None else filter_layouts(entry)
     except LayoutError:
         return None
     function = loaded(name)
-    return None if function is None else _Found(function, layouts)
+    return None if function is None else partial(CompiledStep, function, layouts)
 
 
 def compiled_correction() -> CompiledStep | None:
     """Return the compiled step of the correction; None where there is none."""
-    found = _found(CORRECTION, None)
-    return None if found is None else CompiledStep(*found)
+    make = _found(CORRECTION, None)
+    return None if make is None else make()
 
 
 def compiled_filter(entry: Filter) -> CompiledStep | None:
     """Return the compiled step of a filter and its monitor; None where there is none."""
-    found = _found(entry.name, entry)
-    return None if found is None else CompiledStep(*found)
+    make = _found(entry.name, entry)
+    return None if make is None else make()
 
 
 class BackgroundSteps:
@@ -48,7 +51,7 @@ class BackgroundSteps:
         """Whether all is there that will be."""
         self.refusal = ""
         """Why a step that is there was not loaded, in one sentence; empty without reason."""
-        self._found: dict[str, _Found] = {}
+        self._makes: dict[str, Callable[[], CompiledStep]] = {}
         kept = files.kept_names()
         names = [name for name in (CORRECTION, *filters()) if name in kept]
         if names:
@@ -59,9 +62,9 @@ class BackgroundSteps:
     def _load(self, names: list[str]) -> None:
         try:
             for name in names:
-                found = _found(name, filters().get(name))
-                if found is not None:
-                    self._found[name] = found
+                make = _found(name, filters().get(name))
+                if make is not None:
+                    self._makes[name] = make
                 else:
                     self.refusal = self.refusal or files.refused(name)
         finally:
@@ -70,7 +73,7 @@ class BackgroundSteps:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the steps that are there."""
-        return tuple(self._found)
+        return tuple(self._makes)
 
     def correction(self) -> CompiledStep | None:
         """Return a step of the correction; None where there is none."""
@@ -81,8 +84,8 @@ class BackgroundSteps:
         return self._step(entry.name)
 
     def _step(self, name: str) -> CompiledStep | None:
-        found = self._found.get(name)
-        return None if found is None else CompiledStep(*found)
+        make = self._makes.get(name)
+        return None if make is None else make()
 
 
 @cache

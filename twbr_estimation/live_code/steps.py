@@ -14,9 +14,6 @@ from ..robot import Robot, Setup
 from ..samples import STANDARD_GRAVITY, CorrectedSample, Sample, TiltEstimate
 from .layout import Layout
 
-CORRECTION = "correction"
-"""Name of the correction's step among those of the filters."""
-
 
 class Judged(NamedTuple):
     """What a filter's step gives: its estimate, and the monitor's judgement."""
