@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import threading
 
-from ..recording import Recording
 from ..robot import Setup
 from ..samples import Sample
 from .finding import Finding, noteworthy
-from .recent import RecentChecks
+from .recent import Latest, RecentChecks
 
 PERIOD = 5.0
 """Time between two looks [s]."""
@@ -52,9 +51,9 @@ class LiveChecks:
         """
         if now >= self._next and (self._thread is None or not self._thread.is_alive()):
             self._next = now + PERIOD
-            recording = self._recent.recording()
-            if recording is not None and recording.duration > LEAST:
-                arguments = (recording, self._recent.setup)
+            latest = self._recent.latest()
+            if latest is not None and latest.duration > LEAST:
+                arguments = (latest, self._recent.setup)
                 self._thread = threading.Thread(target=self._check, args=arguments, daemon=True)
                 self._thread.start()
         return self.findings
@@ -64,11 +63,13 @@ class LiveChecks:
         if self._thread is not None:
             self._thread.join()
 
-    def _check(self, recording: Recording, setup: Setup) -> None:
+    def _check(self, latest: Latest, setup: Setup) -> None:
         from .check import check  # all checks; a node that filters starts without them
 
         found = tuple(
-            each for each in noteworthy(check(recording, setup)) if each.check not in ELSEWHERE
+            each
+            for each in noteworthy(check(latest.recording(), setup))
+            if each.check not in ELSEWHERE
         )
         before = {(each.subject, each.check) for each in self._before}
         if setup is self._recent.setup:

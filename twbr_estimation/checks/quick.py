@@ -10,17 +10,19 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recording import FloatArray
 from ..samples import RESTART_GAP, STANDARD_GRAVITY, CorrectedSample
 from .finding import Finding, Severity
 from .rolling import RollingCheck
 from .swing import BLOCK, WINDOW, SignWatch, shows_right_sign
 from .units import of_accelerometer
+
+if TYPE_CHECKING:  # a node that filters starts without recordings
+    from ..recording import FloatArray
 
 MOVING = 0.02
 """Change of the tilt from block to block, rms [rad], from which on the robot moves."""

@@ -3,17 +3,65 @@
 from __future__ import annotations
 
 from struct import Struct
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..recording import FloatArray, ImuTrack, Recording, StampArray, TiltTrack, WheelTrack
 from ..robot import Setup
 from ..samples import Sample
 from .finding import Finding
 
+if TYPE_CHECKING:  # a node that filters starts without recordings
+    from ..recording import FloatArray, Recording, StampArray, TiltTrack, WheelTrack
+
 _FIELDS = len(Sample._fields)
 _ROW = Struct(f"{_FIELDS}d")
 _WHEELS = Sample._fields.index("wheel_angle")
+
+
+class Latest(NamedTuple):
+    """Copies of the last samples, and of the readings of the reference."""
+
+    stamps: StampArray
+    """Header stamps of the samples [ns], (n,)."""
+    rows: FloatArray
+    """The samples, (n, fields)."""
+    reference_stamps: StampArray
+    """Header stamps of the readings [ns], (m,)."""
+    tilts: FloatArray
+    """The readings [rad], (m,)."""
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return float(self.stamps[-1] - self.stamps[0]) * 1e-9
+
+    def recording(self) -> Recording:
+        """Return all as a recording."""
+        from ..recording import ImuTrack, Recording
+
+        imu = ImuTrack(self.stamps, self.rows[:, 1:4].copy(), self.rows[:, 4:7].copy())
+        return Recording("live", imu, self._wheels(), self._tilt())
+
+    def _wheels(self) -> WheelTrack | None:
+        """Return the wheels where they were known."""
+        from ..recording import WheelTrack
+
+        known = self.rows[:, _WHEELS + 2] > 0.0
+        if np.count_nonzero(known) < 2:
+            return None
+        mean, half = self.rows[known, _WHEELS], 0.5 * self.rows[known, _WHEELS + 1]
+        single = self.rows[known, _WHEELS + 2].max() < 2.0
+        angle = mean[:, None] if single else np.column_stack([mean - half, mean + half])
+        return WheelTrack(self.stamps[known], angle)
+
+    def _tilt(self) -> TiltTrack | None:
+        from ..recording import TiltTrack
+
+        if self.tilts.size < 3:
+            return None
+        stamps, first = np.unique(self.reference_stamps, return_index=True)
+        return TiltTrack(stamps, self.tilts[first])
 
 
 class RecentChecks:
@@ -78,34 +126,25 @@ class RecentChecks:
 
     def recording(self) -> Recording | None:
         """Return the last samples as a recording; None before there are two."""
+        latest = self.latest()
+        return None if latest is None else latest.recording()
+
+    def latest(self) -> Latest | None:
+        """Return the last samples; None before there are two."""
         order = _order(self._count, self._stamps.size)
         stamps = self._stamps[order]
         recent = stamps >= (stamps[-1] - self._window if stamps.size else 0)
         if np.count_nonzero(recent) < 2:
             return None
-        stamps, rows = stamps[recent], self._rows[order][recent]
-        imu = ImuTrack(stamps, rows[:, 1:4].copy(), rows[:, 4:7].copy())
-        return Recording("live", imu, _wheels(stamps, rows), self._tilt())
-
-    def _tilt(self) -> TiltTrack | None:
-        order = _order(self._references, self._tilts.size)
-        if order.size < 3:
-            return None
-        stamps, first = np.unique(self._reference_stamps[order], return_index=True)
-        return TiltTrack(stamps, self._tilts[order][first])
+        readings = _order(self._references, self._tilts.size)
+        return Latest(
+            stamps[recent],
+            self._rows[order][recent],
+            self._reference_stamps[readings],
+            self._tilts[readings],
+        )
 
 
 def _order(count: int, size: int) -> StampArray:
     """Return the rows of a ring from the oldest to the newest."""
     return np.arange(max(count - size, 0), count, dtype=np.int64) % size
-
-
-def _wheels(stamps: StampArray, rows: FloatArray) -> WheelTrack | None:
-    """Return the wheels where they were known."""
-    known = rows[:, _WHEELS + 2] > 0.0
-    if np.count_nonzero(known) < 2:
-        return None
-    mean, half = rows[known, _WHEELS], 0.5 * rows[known, _WHEELS + 1]
-    single = rows[known, _WHEELS + 2].max() < 2.0
-    angle = mean[:, None] if single else np.column_stack([mean - half, mean + half])
-    return WheelTrack(stamps[known], angle)

@@ -19,13 +19,15 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..recording import FloatArray
 from ..samples import STANDARD_GRAVITY, CorrectedSample
 from .finding import Finding, Severity
+
+if TYPE_CHECKING:  # a node that filters starts without recordings
+    from ..recording import FloatArray
 
 WINDOW = 30
 """Rows that are looked at together, one a block."""

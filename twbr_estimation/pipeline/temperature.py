@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..recording import Recording
 from ..robot import Calibration, Setup
+
+if TYPE_CHECKING:  # a live stream needs no recordings, and a node starts sooner without
+    from ..recording import Recording
 
 
 def at_temperature(calibration: Calibration, temperature: float) -> Calibration:
