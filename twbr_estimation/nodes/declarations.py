@@ -4,13 +4,11 @@ Nothing is declared twice: names, defaults, limits, units and descriptions come 
 annotations of the dataclass, or from the filter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args, get_origin
 
 from ..errors import ConfigurationError
 from ..filters.base import Filter
@@ -22,8 +20,7 @@ if TYPE_CHECKING:  # nodes that filter start without the controllers
 Settings = TypeVar("Settings")
 
 
-@dataclass(frozen=True, slots=True)
-class Declaration:
+class Declaration(NamedTuple):
     """One ROS parameter."""
 
     name: str
@@ -86,11 +83,11 @@ def with_choices(
     """Return the declarations, the one of that name with the strings that it may be."""
     allowed = tuple(choices)
     return tuple(
-        replace(each, choices=allowed) if each.name == name else each for each in declarations
+        each._replace(choices=allowed) if each.name == name else each for each in declarations
     )
 
 
-def named_declarations_of(entry: Filter | Controller) -> tuple[Declaration, ...]:
+def named_declarations_of(entry: "Filter | Controller") -> tuple[Declaration, ...]:
     """Return the parameters of a filter or controller, named `NAME.PARAMETER`."""
     return tuple(
         Declaration(f"{entry.name}.{each.name}", each.default, _described(each.bounds), each.bounds)
@@ -136,7 +133,7 @@ def _field_names(kind: Any) -> frozenset[str]:
 
 
 def parameters_from(
-    entries: Mapping[str, Filter] | Mapping[str, Controller],
+    entries: "Mapping[str, Filter] | Mapping[str, Controller]",
     former: Mapping[str, Mapping[str, float]],
     values: Mapping[str, Any],
 ) -> Mapping[str, Mapping[str, float]]:

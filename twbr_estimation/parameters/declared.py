@@ -1,7 +1,5 @@
 """Parameters that a filter or a controller declares, and the folders both are found in."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,15 +7,14 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from ..errors import ConfigurationError
 from .argument_checks import require_kind, shown
 from .bounds import Bounds, annotations_of, within
 
 
-@dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One declared parameter."""
 
     name: str

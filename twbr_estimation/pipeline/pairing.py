@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -31,8 +30,7 @@ MOTOR_TIMEOUT = 1.0
 _MOST_READINGS = 4096
 
 
-@dataclass(frozen=True, slots=True)
-class SampleTrack:
+class SampleTrack(NamedTuple):
     """Paired samples as columns."""
 
     stamps: StampArray
