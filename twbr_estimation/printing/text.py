@@ -7,7 +7,6 @@ what a terminal shows. Everything that this package prints passes through here.
 from __future__ import annotations
 
 import sys
-import unicodedata
 
 _LAYOUT = "\n\t"
 """Control characters that our own tables and pages hold."""
@@ -37,6 +36,8 @@ def say(text: str, error: bool = False, end: str = "\n", flush: bool = False) ->
 
 
 def _spelled(character: str) -> str:
+    import unicodedata  # most texts are plain
+
     if character in _LAYOUT:
         return character
     if unicodedata.category(character) in _UNSAFE_KINDS or character in _REORDERING:
