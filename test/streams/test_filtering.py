@@ -195,6 +195,20 @@ def test_a_change_of_the_filter_keeps_doubt_and_counts() -> None:
     assert live.counts()["lost_samples"] == 99
 
 
+def test_what_a_filter_does_not_know_its_successor_does_not_know() -> None:
+    live = stream(filter="ins_odometer")
+    for _ in range(20):
+        live.step(sample(0.3, 0.005)._replace(gyro_y=0.5))  # turns at the start: not known
+    assert not live.trusted
+    live.configure(FilterConfiguration(FilterSettings(filter="complementary")))
+    live.step(sample(0.3, 0.005))
+    assert not live.trusted
+    assert live.variance(TiltEstimate(0.3, 0.0)) > 0.1**2
+    for index in range(400):
+        live.step(sample(0.3, 0.005)._replace(gyro_y=0.002 * (index % 5 - 2)))
+    assert live.trusted
+
+
 def test_a_gap_that_starts_the_filter_afresh_has_to_be_confirmed() -> None:
     live = stream(filter="complementary")
     gap_after_a_swing(live)

@@ -321,6 +321,19 @@ def certain(now: Watch) -> bool:
     return now.certainty.time >= 0.0
 
 
+def in_doubt(now: Watch, variance: float) -> Watch:
+    """Return what holds where a tilt has at least that variance [rad^2], as after a gap."""
+    least, reference, doubt = FIRST_SCATTER * FIRST_SCATTER, now.reference, max(now.doubt, variance)
+    unsure, scatter = max(reference.variance, least), max(reference.scatter, least)
+    return now._replace(
+        doubt=doubt,
+        trusted=0.0,
+        known=BeforeSaturation(math.sqrt(doubt), 0.0, unsure),
+        calm=0.0,
+        reference=reference._replace(variance=unsure, scatter=scatter),
+    )
+
+
 def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:
     """Return what holds after the filter has started afresh from the reference."""
     doubt = now.reference.variance

@@ -17,6 +17,7 @@ from .validity import (
     Watch,
     begin,
     certain,
+    in_doubt,
     restarted,
     watch,
     wrapped,
@@ -235,15 +236,18 @@ class WatchedFilter(TiltFilter):
         """Go on from another filter's estimate at the stamp of `sample`, judgement and counts.
 
         A trusted estimate without a variance has the one below which trust returns, so that a
-        filter which judges itself does not begin as if nothing were known.
+        filter which judges itself does not begin as if nothing were known. One that is not certain
+        of its tilt leaves its variance as doubt, of which a successor may state nothing.
         """
         self.restarts, self._lost = other.restarts, other._lost
-        estimate = other.estimate
+        estimate, now = other.estimate, other._watch
         if estimate is not None:
             if other.trusted and estimate.tilt_variance == 0.0:
                 estimate = estimate._replace(tilt_variance=CLEARED_STDDEV * CLEARED_STDDEV)
             self.reset(estimate, sample)
-            self._watch = other._watch
+            if now is not None and not certain(now):
+                now = in_doubt(now, estimate.tilt_variance)
+            self._watch = now
 
     def forget(self) -> None:
         """Start afresh at the next sample."""
