@@ -157,6 +157,20 @@ def test_bursts_of_lost_samples_are_no_reason_for_trust(name: str, lost: float) 
     assert found.running.lost == pytest.approx(dropped, abs=2)
 
 
+@pytest.mark.parametrize(("late", "start"), [(0.3, 0.0), (0.9, 0.0), (0.9, 1.2)])
+@pytest.mark.parametrize("name", SOME)
+def test_a_late_first_sample_hides_no_turn_in_a_gap(name: str, late: float, start: float) -> None:
+    tilt = math.radians(70.0) * smooth(np.arange(0.0, 8.0, DT), start, 0.2)
+    readings = list(samples(tilt, seed=19))
+    for first, lost in ((0.0, late), (start, 0.3)):
+        for index in range(int(first / DT) + 1, int((first + lost) / DT)):
+            readings[index] = readings[index]._replace(dt=0.0)
+    found = run(name, tilt, readings)
+    assert found.error.max() > 10.0
+    assert found.wrong_and_trusted() < 1e-3
+    assert found.trusted[found.after(start + 2.0)].all()
+
+
 @pytest.mark.parametrize("seconds", [1.0, 3.0])
 @pytest.mark.parametrize("name", SOME)
 def test_a_saturated_accelerometer_ends_trust_until_it_is_gone(name: str, seconds: float) -> None:

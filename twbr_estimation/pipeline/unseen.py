@@ -14,6 +14,10 @@ LATE = 2.5
 """A time step longer than this multiple of the usual one is a gap."""
 PERIOD_SHARE = 0.01
 """Share by which one time step moves the usual one."""
+FIRST_STEP = 0.05
+"""A first time step longer than this [s] is a gap."""
+SETTLING = 0.05
+"""Time over which steps far below the usual one pass [s] before that is halved at each."""
 FREEZE = 0.1
 """Time over which six equal readings pass [s] before the sensor counts as frozen."""
 PULL = 0.3
@@ -46,6 +50,8 @@ class Stream(NamedTuple):
 
     period: float
     """Usual time step [s]; 0 before the second sample."""
+    short: float
+    """Time for which the steps have been far below it [s]."""
     lost: float
     """Samples that gaps had room for, since the start."""
     frozen: float
@@ -67,7 +73,7 @@ def begin(sample: CorrectedSample) -> Stream:
     """Start with a first sample."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
+    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
 
 
 def follow(before: Stream, sample: CorrectedSample) -> Stream:
@@ -77,17 +83,18 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     same = gyro == before.gyro and accel == before.accel
     still = gyro[0] == 0.0 and gyro[1] == 0.0 and gyro[2] == 0.0
-    period, lost = min(dt, RESTART_GAP), before.lost
-    if last > 0.0:
-        period = last + PERIOD_SHARE * (min(dt, 2.0 * last) - last)
-        lost += math.floor(dt / last + 0.5) - 1.0 if is_gap(before, dt) else 0.0
+    short = before.short + dt if LATE * dt < last else 0.0
+    lost = before.lost
+    if last > 0.0 and is_gap(before, dt):
+        lost += math.floor(dt / last + 0.5) - 1.0
     slope = before.slope
     if before.saturated == 0.0:
         slope = max(_faded(slope, dt), abs(gyro[1] - before.gyro[1]) / dt)
     elif sample.gyro_saturated_y == 0.0:
         slope = _faded(slope, dt)
     return Stream(
-        period,
+        _period(last, dt, short),
+        short,
         lost,
         before.frozen + dt if same and not still else 0.0,
         before.saturated + dt if sample.gyro_saturated_y > 0.0 else 0.0,
@@ -97,6 +104,18 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
         gyro,
         accel,
     )
+
+
+def _period(last: float, dt: float, short: float) -> float:
+    """Return the usual time step with one more; `short` [s] has passed in steps far below it.
+
+    Samples that come in bursts have steps as short, but no longer than the usual one together.
+    """
+    if last == 0.0:
+        return min(dt, RESTART_GAP)
+    if short > min(last, SETTLING):
+        return 0.5 * last
+    return last + PERIOD_SHARE * (min(dt, 2.0 * last) - last)
 
 
 def _faded(slope: float, dt: float) -> float:
@@ -123,7 +142,7 @@ def _passed(before: Stream, sample: CorrectedSample) -> Passed:
 
 def is_gap(before: Stream, dt: float) -> bool:
     """Return whether samples are missing before one that comes `dt` [s] after the last."""
-    return before.period > 0.0 and dt > LATE * before.period
+    return dt > (LATE * before.period if before.period > 0.0 else FIRST_STEP)
 
 
 def unseen_rotation(before: Stream, now: Stream, sample: CorrectedSample) -> float:
