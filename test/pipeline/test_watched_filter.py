@@ -216,7 +216,38 @@ def test_a_motion_that_the_sensors_show_is_left_alone(name: str) -> None:
     tilt = swing(20.0, degrees=20.0)
     found = run(name, tilt, list(samples(tilt, seed=16)))
     assert found.running.restarts == 0
-    assert found.trusted.all()
+    assert not found.trusted[0]  # it swings already, so that gravity has to confirm it first
+    assert found.trusted[found.after(1.0)].all()
+
+
+@pytest.mark.parametrize("degrees", [0.0, 80.0, 180.0])
+@pytest.mark.parametrize("name", SOME)
+def test_a_robot_at_rest_is_trusted_from_its_first_sample_on(name: str, degrees: float) -> None:
+    tilt = np.full(400, math.radians(degrees))
+    assert run(name, tilt, list(samples(tilt, seed=20))).trusted.all()
+
+
+def pushed(sample: CorrectedSample, acceleration: float) -> CorrectedSample:
+    """Return what the accelerometer shows of the same tilt in a push [m/s^2]."""
+    x = sample.accel_x + acceleration
+    return sample._replace(accel_x=x, angle=math.atan2(-x, sample.accel_z))
+
+
+@pytest.mark.parametrize("kind", ["zeros", "shaken"])
+@pytest.mark.parametrize("name", [*PLANAR, "kalman_tuned"])
+def test_a_first_reading_that_misleads_has_to_be_confirmed(name: str, kind: str) -> None:
+    tilt = np.full(800, math.radians(80.0 if kind == "zeros" else 0.0))
+    readings = list(samples(tilt, seed=21))
+    if kind == "zeros":  # of a chip that wakes up
+        readings[0] = CorrectedSample(DT, *[0.0] * (len(CorrectedSample._fields) - 1))
+    else:
+        for index in range(100):
+            push = 4.0 * math.cos(2.0 * math.pi * 4.0 * index * DT)
+            readings[index] = pushed(readings[index], push)
+    found = run(name, tilt, readings)
+    assert found.error[0] > 20.0
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(2.0)].all()
 
 
 def test_a_tilt_that_went_round_the_circle_is_within_half_a_turn() -> None:

@@ -53,7 +53,7 @@ def trusted(
     for column, values in zip(corrected.columns.T.tolist(), estimates, strict=True):
         sample, estimate = CorrectedSample(*column), TiltEstimate(*values)
         if found is None or sample.dt > RESTART_GAP:
-            found = begin(sample, estimate, found is not None, valid_stddev)
+            found = begin(sample, estimate, found is not None, valid_stddev, judge)
         else:
             found = watch(found, sample, estimate, valid_stddev, judge)
         valid.append(found.trusted > 0.0 and certain(found))

@@ -30,6 +30,8 @@ CLEARED_STDDEV = 0.05
 """Doubt [rad] below which a tilt that was not trusted is trusted again."""
 CAUSE = 0.0125
 """Rotation unseen in one sample [rad] from which on it is a cause of doubt."""
+IMPLAUSIBLE = 0.4
+"""Share of gravity by which a first specific force may differ from it and still show a tilt."""
 CORRELATION = 0.2
 """Time over which the accelerometer's disturbances stay alike [s]."""
 SCATTER_MEMORY = 0.05
@@ -119,6 +121,7 @@ def begin(
     estimate: TiltEstimate,
     unknown: bool,
     valid_stddev: float = VALID_STDDEV,
+    self_judged: bool = False,
 ) -> Watch:
     """Start with a sample whose angle is all that is known.
 
@@ -127,22 +130,40 @@ def begin(
         estimate: the filter's.
         unknown: whether it is the latter, so that the tilt has to be confirmed first.
         valid_stddev: deviation above which the tilt is not trusted [rad].
+        self_judged: whether the filter states by itself how well it knows its first tilt; else
+            that has to be confirmed, too, unless the sample is one of a robot at rest.
     """
     variance = FIRST_SCATTER * FIRST_SCATTER
     certainty = Certainty(-1.0, 1.0 if unknown else 0.0)
+    shown = self_judged or abs(_stretch(sample)) < IMPLAUSIBLE
+    unsure = unknown or not (self_judged or _shows_rest(sample, estimate))
     return Watch(
         _UNKNOWN if unknown else variance,
-        0.0 if unknown else 1.0,
+        0.0 if unsure else 1.0,
         0.0,
         0.0,
         estimate.tilt,
         BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
-        0.0 if unknown else AFTERMATH,
+        AFTERMATH if self_judged and not unknown else 0.0,
         _certainty(certainty, estimate, 0.0, valid_stddev),
-        Reference(sample.angle, variance, variance),
+        Reference(sample.angle, variance if shown else _UNKNOWN, variance),
         unseen.begin(sample),
     )
+
+
+def _shows_rest(sample: CorrectedSample, estimate: TiltEstimate) -> bool:
+    """Return whether a body of that tilt that rests may have this reading, and few others."""
+    x, y, z = sample.gyro_x, sample.gyro_y, sample.gyro_z
+    stretch, turning = _stretch(sample), x * x + y * y + z * z
+    quiet = turning < REST_RATE * REST_RATE and stretch * stretch < REST_SCATTER
+    return quiet and abs(wrapped(estimate.tilt - sample.angle)) < REST_DISAGREEMENT
+
+
+def _stretch(sample: CorrectedSample) -> float:
+    """Return by which share of gravity the specific force is longer, or shorter."""
+    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
+    return math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
 
 
 def wrapped(angle: float) -> float:
@@ -241,8 +262,7 @@ def _averaged(reference: Reference, sample: CorrectedSample, dt: float) -> Refer
 
     `dt` [s] is the time that the reading stands for, which a gap before it does not lengthen.
     """
-    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    stretch = math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
+    stretch = _stretch(sample)
     innovation, variance = wrapped(sample.angle - reference.tilt), reference.variance
     disturbance = max(innovation * innovation - variance, 0.0) + stretch * stretch
     scatter = reference.scatter

@@ -197,7 +197,7 @@ class WatchedFilter(TiltFilter):
     def _begin(self, sample: CorrectedSample, estimate: TiltEstimate, unknown: bool) -> None:
         if self._watch is not None:
             self._lost += self._watch.stream.lost
-        self._watch = begin(sample, estimate, unknown, self._valid_stddev)
+        self._watch = begin(sample, estimate, unknown, self._valid_stddev, self._self_judged)
 
     def _make_up(self, now: Watch, sample: CorrectedSample) -> TiltEstimate:
         """Add what a saturated gyro did not show; the filter else goes on as it was."""
