@@ -5,6 +5,7 @@ the robot leans forward. Everything is SI and radians. The records are named tup
 floats so that the same functions run interpreted in a node and compiled in a batch.
 """
 
+import math
 from enum import Enum
 from typing import NamedTuple
 
@@ -114,6 +115,11 @@ def is_saturated(sample: CorrectedSample) -> bool:
     gyro = sample.gyro_saturated_x + sample.gyro_saturated_y + sample.gyro_saturated_z
     accel = sample.accel_saturated_x + sample.accel_saturated_y + sample.accel_saturated_z
     return gyro + accel > 0.0
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle within half a turn of zero [rad]."""
+    return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
 
 
 class TiltEstimate(NamedTuple):

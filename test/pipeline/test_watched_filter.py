@@ -260,3 +260,51 @@ def test_a_tilt_that_went_round_the_circle_is_within_half_a_turn() -> None:
         )  # fmt: skip
         assert abs(watched.step(spun).tilt) <= math.pi
     assert abs(watched.state.tilt) > math.pi
+
+
+@pytest.mark.parametrize("bias", [0.17, -0.35])
+@pytest.mark.parametrize("name", [*PLANAR, "kalman_tuned"])
+def test_a_gyro_bias_is_learnt_at_rest_or_the_tilt_is_not_trusted(name: str, bias: float) -> None:
+    tilt = np.full(2000, 0.02)
+    found = run(name, tilt, list(samples(tilt, seed=22, bias=bias)))
+    later = found.after(1.2)
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[later].any()
+    assert bool(found.trusted[-1]) == found.running.entry.estimates_gyro_bias
+    assert found.error[-1] < 5.0 or not found.running.entry.estimates_gyro_bias
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_bias_that_comes_long_after_any_cause_of_doubt_is_noticed(name: str) -> None:
+    tilt = np.full(7000, 0.02)
+    good, bad = (list(samples(tilt, seed=23, bias=bias)) for bias in (0.0, 0.2))
+    found = run(name, tilt, good[:5000] + bad[5000:])
+    later = found.after(27.5)
+    assert found.trusted[: 5000 - 1].all()
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[later].any()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_bias_ignored_at_rest_is_not_trusted_in_motion(name: str) -> None:
+    resting, tilt = np.zeros(600), swing(10.0)
+    both = np.concatenate([resting, tilt])
+    found = run(name, both, list(samples(both, seed=24, bias=0.17)))
+    later = found.after(1.2)
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[later].any()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_slow_turn_is_no_bias(name: str) -> None:
+    tilt = 0.05 * np.arange(0.0, 10.0, DT)
+    found = run(name, tilt, list(samples(tilt, seed=25)))
+    assert found.running.restarts == 0 and found.trusted.all()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_first_reading_in_a_long_push_is_corrected_at_rest(name: str) -> None:
+    tilt = np.zeros(1000)
+    readings = list(samples(tilt, seed=26))
+    readings[:60] = [pushed(reading, 4.0) for reading in readings[:60]]
+    found = run(name, tilt, readings)
+    assert found.error[0] > 20.0
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(2.0)].all()

@@ -24,6 +24,7 @@ SOURCES = (
     "pipeline/calibrated.py",
     "pipeline/coefficients.py",
     "pipeline/correction.py",
+    "pipeline/resting.py",
     "pipeline/saturation.py",
     "pipeline/unseen.py",
     "pipeline/validity.py",

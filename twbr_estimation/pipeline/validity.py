@@ -12,9 +12,10 @@ them.
 import math
 from typing import NamedTuple
 
-from ..samples import LYING, STANDARD_GRAVITY, CorrectedSample, TiltEstimate
-from . import unseen
-from .unseen import FREEZE, Stream, follow, misled, uncertainty, unseen_rotation
+from ..samples import LYING, CorrectedSample, TiltEstimate, wrapped
+from . import resting, unseen
+from .resting import Rest, continued, shown_by, stretch
+from .unseen import FREEZE, Stream, follow, is_gap, misled, uncertainty, unseen_rotation
 
 VALID_STDDEV = 0.2
 """Deviation of a tilt [rad] above which it is not trusted, unless a user sets another."""
@@ -114,6 +115,7 @@ class Watch(NamedTuple):
     certainty: Certainty
     reference: Reference
     stream: Stream
+    rest: Rest
 
 
 def begin(
@@ -135,7 +137,7 @@ def begin(
     """
     variance = FIRST_SCATTER * FIRST_SCATTER
     certainty = Certainty(-1.0, 1.0 if unknown else 0.0)
-    shown = self_judged or abs(_stretch(sample)) < IMPLAUSIBLE
+    shown = self_judged or abs(stretch(sample)) < IMPLAUSIBLE
     unsure = unknown or not (self_judged or _shows_rest(sample, estimate))
     return Watch(
         _UNKNOWN if unknown else variance,
@@ -149,26 +151,16 @@ def begin(
         _certainty(certainty, estimate, 0.0, valid_stddev),
         Reference(sample.angle, variance if shown else _UNKNOWN, variance),
         unseen.begin(sample),
+        resting.begin(sample),
     )
 
 
 def _shows_rest(sample: CorrectedSample, estimate: TiltEstimate) -> bool:
     """Return whether a body of that tilt that rests may have this reading, and few others."""
     x, y, z = sample.gyro_x, sample.gyro_y, sample.gyro_z
-    stretch, turning = _stretch(sample), x * x + y * y + z * z
-    quiet = turning < REST_RATE * REST_RATE and stretch * stretch < REST_SCATTER
+    longer, turning = stretch(sample), x * x + y * y + z * z
+    quiet = turning < REST_RATE * REST_RATE and longer * longer < REST_SCATTER
     return quiet and abs(wrapped(estimate.tilt - sample.angle)) < REST_DISAGREEMENT
-
-
-def _stretch(sample: CorrectedSample) -> float:
-    """Return by which share of gravity the specific force is longer, or shorter."""
-    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    return math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
-
-
-def wrapped(angle: float) -> float:
-    """Return an angle within half a turn of zero [rad]."""
-    return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
 
 
 def watch(
@@ -203,8 +195,12 @@ def watch(
     carried = _carried(before.reference, sample, turn, hidden, scatter)
     full = stream.saturated + stream.shocked > 0.0
     pending = stream.passed.time > 0.0 and stream.passed.rotation == 0.0
-    if not (full or pending or stream.frozen > FREEZE):
+    blind, rest = full or pending or stream.frozen > FREEZE, before.rest
+    if not blind:
         carried = _averaged(carried, sample, min(sample.dt, 2.0 * stream.period))
+    if not self_judged:
+        turned = turn + before.bias * sample.dt
+        rest = continued(rest, sample, turned, blind or is_gap(before.stream, sample.dt))
     known = before.known
     if stream.saturated > 0.0 and before.stream.saturated == 0.0:
         known = BeforeSaturation(math.sqrt(before.doubt), before.trusted, before.reference.variance)
@@ -220,9 +216,12 @@ def watch(
         _certainty(before.certainty, estimate, sample.dt, valid_stddev),
         carried,
         stream,
+        rest,
     )
     if stream.passed.rotation != 0.0:
         now = _passed(now, self_judged)
+    if rest.found > 0.0 or rest.wrong > 0.0:
+        now = _rested(now, estimate)
     return _judged(now, estimate, valid_stddev, self_judged)
 
 
@@ -244,6 +243,50 @@ def _passed(now: Watch, self_judged: bool) -> Watch:
         now.certainty,
         Reference(wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter),
         now.stream,
+        now.rest,
+    )
+
+
+def _rested(now: Watch, estimate: TiltEstimate) -> Watch:
+    """Compare filter and reference with what a rest has shown, whenever that was.
+
+    A gyro bias leads a filter that does not know it astray, and the reference, too, for as long
+    as it lasts: such a filter is wrong until a rest shows otherwise, or it has learnt the bias.
+    """
+    rest, bias, doubt, trusted, reference = (
+        now.rest,
+        now.bias,
+        now.doubt,
+        now.trusted,
+        now.reference,
+    )
+    wrong, calm, astray = rest.wrong, now.calm, 0.0
+    if rest.found > 0.0:
+        shown = shown_by(rest)
+        distance = abs(wrapped(estimate.tilt - shown.tilt))
+        apart = distance > 3.0 * FLOOR + REST_DISAGREEMENT
+        biased = abs(shown.bias - bias) > BIAS_CHANGE or wrong > 0.0
+        wrong = 1.0 if apart and biased else 0.0
+        if apart and (biased or trusted == 0.0):
+            astray = 1.0 if wrong == 0.0 or rest.wrong == 0.0 else 0.0
+            calm = 0.0 if biased else calm
+            doubt, trusted, bias = max(doubt, distance * distance), 0.0, shown.bias
+            reference = Reference(shown.tilt, FLOOR * FLOOR, FLOOR * FLOOR)
+    elif abs(estimate.gyro_bias - bias) < BIAS_CHANGE:
+        wrong = 0.0
+    return Watch(
+        doubt,
+        trusted,
+        astray,
+        now.missed,
+        now.tilt,
+        now.known,
+        bias,
+        calm,
+        now.certainty,
+        reference,
+        now.stream,
+        Rest(rest.time, rest.angle, rest.shift, rest.moment, rest.turned, rest.found, wrong),
     )
 
 
@@ -262,9 +305,9 @@ def _averaged(reference: Reference, sample: CorrectedSample, dt: float) -> Refer
 
     `dt` [s] is the time that the reading stands for, which a gap before it does not lengthen.
     """
-    stretch = _stretch(sample)
+    longer = stretch(sample)
     innovation, variance = wrapped(sample.angle - reference.tilt), reference.variance
-    disturbance = max(innovation * innovation - variance, 0.0) + stretch * stretch
+    disturbance = max(innovation * innovation - variance, 0.0) + longer * longer
     scatter = reference.scatter
     scatter += dt / (dt + SCATTER_MEMORY) * (disturbance - scatter)
     noise = (FLOOR * FLOOR + scatter) * max(CORRELATION / dt, 1.0)
@@ -275,21 +318,24 @@ def _averaged(reference: Reference, sample: CorrectedSample, dt: float) -> Refer
 
 def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged: bool) -> Watch:
     """Compare the filter with the reference where that is known well enough."""
-    reference, doubt, astray, bias = now.reference, now.doubt, 0.0, now.bias
+    reference, doubt, astray, bias = now.reference, now.doubt, now.astray, now.bias
     distance = abs(wrapped(estimate.tilt - reference.tilt))
     deviation = math.sqrt(reference.variance)
-    resting = reference.scatter < REST_SCATTER and abs(now.stream.gyro[1]) < REST_RATE
-    apart = distance > 3.0 * deviation + (REST_DISAGREEMENT if resting else DISAGREEMENT)
+    rests = reference.scatter < REST_SCATTER and abs(now.stream.gyro[1]) < REST_RATE
+    apart = distance > 3.0 * deviation + (REST_DISAGREEMENT if rests else DISAGREEMENT)
     shown = reference.variance + distance * distance
-    if now.calm > 0.0 and not apart and shown < doubt:
+    wrong = now.rest.wrong > 0.0
+    if now.calm > 0.0 and not (apart or wrong) and shown < doubt:
         doubt = shown
     if self_judged and now.calm > SETTLED and not apart:
         doubt = 0.0
-    known = deviation < (REST_KNOWN if self_judged else KNOWN) and (resting or not self_judged)
-    if apart and 0.0 < now.calm < AFTERMATH and known:
+    known = deviation < (REST_KNOWN if self_judged else KNOWN) and (rests or not self_judged)
+    if apart and 0.0 < now.calm < AFTERMATH and known and not wrong:
         doubt, astray = max(doubt, distance * distance), 1.0
     trusted = _trusted(doubt, now.trusted, valid_stddev)
-    if trusted == 0.0 and resting and deviation < REST_KNOWN and not self_judged:
+    if wrong:
+        trusted, astray = 0.0, now.astray
+    elif trusted == 0.0 and rests and deviation < REST_KNOWN and not self_judged:
         astray = 1.0
     if trusted > now.trusted and abs(estimate.gyro_bias - bias) > BIAS_CHANGE and not self_judged:
         astray = 1.0
@@ -307,6 +353,7 @@ def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged
         now.certainty,
         now.reference,
         now.stream,
+        now.rest,
     )
 
 
@@ -356,6 +403,8 @@ def in_doubt(now: Watch, variance: float) -> Watch:
 
 def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:
     """Return what holds after the filter has started afresh from the reference."""
+    if now.rest.wrong > 0.0:  # it will go astray again, unless it takes the bias over
+        return now._replace(astray=0.0, tilt=now.reference.tilt)
     doubt = now.reference.variance
     trusted = _trusted(doubt, now.trusted, valid_stddev)
     return now._replace(doubt=doubt, trusted=trusted, astray=0.0, tilt=now.reference.tilt)

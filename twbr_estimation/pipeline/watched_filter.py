@@ -8,7 +8,7 @@ from typing import Any
 
 from ..filters.base import Filter, estimate_of, turned
 from ..robot import Robot
-from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
+from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate, wrapped
 from .step_code import StepCode
 from .tilt_filter import TiltFilter
 from .validity import (
@@ -20,7 +20,6 @@ from .validity import (
     in_doubt,
     restarted,
     watch,
-    wrapped,
 )
 
 SELF_JUDGED = ("ins_odometer",)
@@ -164,7 +163,9 @@ class WatchedFilter(TiltFilter):
         if now.missed != 0.0:
             estimate = self._make_up(now, sample)
             now = now._replace(tilt=estimate.tilt)
-        if now.astray > 0.0:
+        if now.astray > 0.0 and now.rest.wrong > 0.0 and not self.entry.estimates_gyro_bias:
+            now = now._replace(astray=0.0)  # it would go astray by the same bias again
+        elif now.astray > 0.0:
             estimate = self._restart(now, sample)
             now = restarted(now, self.valid_stddev)
         self._watch = now

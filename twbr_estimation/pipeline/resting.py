@@ -1,0 +1,89 @@
+"""What a robot at rest shows: its tilt, and the bias of its gyro.
+
+For as long as the accelerometer's angle and the rate stay as they are, the gyro has to read what
+the angle turns, and what is left is a bias. `begin` and `continued` are pure functions on named
+tuples, as those of `unseen`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..samples import STANDARD_GRAVITY, CorrectedSample, wrapped
+
+REST_TIME, LONGEST = 1.0, 10.0
+"""Time over which the accelerometer has to be steady, and after which the sums begin again [s]."""
+STEADY = 0.06
+"""Distance of its angle from the mean [rad] up to which it is."""
+STEADY_SHARE = 0.05
+"""Share of gravity by which the specific force may be longer or shorter then."""
+STEADY_RATE = 0.05
+"""Distance of the rate from its mean [rad/s] up to which the body rests, whatever its bias."""
+
+
+class Rest(NamedTuple):
+    """Sums over the time for which the accelerometer has been steady."""
+
+    time: float
+    """[s]."""
+    angle: float
+    """The accelerometer's at the beginning [rad]; the others count from it."""
+    shift: float
+    """Sum of the angle times the time step [rad s]."""
+    moment: float
+    """The same, times the time since the beginning [rad s^2]."""
+    turned: float
+    """What the gyro has turned [rad]."""
+    found: float
+    """1 where that is `REST_TIME` or more, else 0."""
+    wrong: float
+    """1 where the last rest has shown that the filter ignores a bias, else 0."""
+
+
+class Shown(NamedTuple):
+    """What a rest shows."""
+
+    tilt: float
+    """[rad]."""
+    bias: float
+    """Of the gyro [rad/s]."""
+
+
+def begin(sample: CorrectedSample) -> Rest:
+    """Start with a first sample."""
+    return Rest(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def stretch(sample: CorrectedSample) -> float:
+    """Return by which share of gravity the specific force is longer, or shorter where below 0."""
+    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
+    return math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
+
+
+def continued(before: Rest, sample: CorrectedSample, turned: float, blind: bool) -> Rest:
+    """Take one sample.
+
+    Args:
+        before: what is known of the samples before.
+        sample: the reading.
+        turned: what the gyro has turned since the one before [rad].
+        blind: whether it hides something.
+    """
+    if before.time > LONGEST or blind or abs(stretch(sample)) > STEADY_SHARE:
+        return Rest(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
+    dt, off = sample.dt, wrapped(sample.angle - before.angle)
+    time, shift = before.time + dt, before.shift + off * dt
+    turn, moment = before.turned + turned, before.moment + off * dt * (time - 0.5 * dt)
+    if abs(off - shift / time) > STEADY or abs(turned / dt - turn / time) > STEADY_RATE:
+        return Rest(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
+    found = 1.0 if time >= REST_TIME else 0.0
+    return Rest(time, before.angle, shift, moment, turn, found, before.wrong)
+
+
+def shown_by(rest: Rest) -> Shown:
+    """Return what a rest that was `found` shows: a straight line through the angles."""
+    time, mean = rest.time, rest.shift / rest.time
+    slope = 12.0 * (rest.moment - 0.5 * time * rest.shift) / (time * time * time)
+    tilt = wrapped(rest.angle + mean + 0.5 * time * slope)
+    return Shown(tilt, rest.turned / time - slope)
