@@ -199,6 +199,18 @@ def test_a_frozen_sensor_is_not_trusted_and_trust_returns(name: str) -> None:
     assert found.trusted[found.after(7.5)].all()
 
 
+@pytest.mark.parametrize("name", [*SOME, "ins_odometer"])
+def test_zeros_of_all_axes_are_not_trusted(name: str) -> None:
+    tilt = swing(8.0, degrees=15.0)
+    readings = list(samples(tilt, seed=27))
+    zeros = dict.fromkeys(("angle", "gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_z"), 0.0)
+    readings[600:740] = [reading._replace(**zeros) for reading in readings[600:740]]
+    found = run(name, tilt, readings)
+    assert not found.trusted[(found.time > 3.2) & (found.time < 3.7)].any()
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(7.0)].all()
+
+
 @pytest.mark.parametrize("name", SOME)
 def test_a_restart_keeps_the_learnt_gyro_bias(name: str) -> None:
     time = np.arange(0.0, 40.0, DT)

@@ -6,7 +6,7 @@
 import math
 from typing import NamedTuple
 
-from ..samples import RESTART_GAP, CorrectedSample
+from ..samples import RESTART_GAP, STANDARD_GRAVITY, CorrectedSample
 
 ACCELERATION = 60.0
 """Angular acceleration that a robot in a hand or in a fall may reach unseen [rad/s^2]."""
@@ -82,7 +82,7 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     same = gyro == before.gyro and accel == before.accel
-    still = gyro[0] == 0.0 and gyro[1] == 0.0 and gyro[2] == 0.0
+    still = gyro[0] == 0.0 and gyro[1] == 0.0 and gyro[2] == 0.0 and _weighs(accel)
     short = before.short + dt if LATE * dt < last else 0.0
     lost = before.lost
     if last > 0.0 and is_gap(before, dt):
@@ -104,6 +104,12 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
         gyro,
         accel,
     )
+
+
+def _weighs(accel: tuple[float, float, float]) -> bool:
+    """Return whether a specific force is one of a robot that rests, and not zeros of the bus."""
+    x, y, z = accel
+    return x * x + y * y + z * z > (0.5 * STANDARD_GRAVITY) ** 2
 
 
 def _period(last: float, dt: float, short: float) -> float:
