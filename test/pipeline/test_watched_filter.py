@@ -141,6 +141,37 @@ def test_a_fall_beyond_the_gyros_range_is_made_up_for_at_once(name: str) -> None
     assert found.running.restarts == 0
 
 
+@pytest.mark.parametrize(("slope", "kick", "hold"), [(15.0, 8.0, 0.08), (30.0, 15.0, 0.06)])
+@pytest.mark.parametrize("name", SOME)
+def test_a_level_rate_beyond_the_range_between_gentle_slopes_has_to_be_confirmed(
+    name: str, slope: float, kick: float, hold: float
+) -> None:
+    time = np.arange(0.0, 8.0, DT)
+    up = RANGE / slope + 0.02  # [s]
+    end = 3.0 + 2.0 * up + hold
+    rate = slope * np.clip(np.minimum(time - 3.0, end - time), 0.0, up)
+    rate += kick * ((time >= 3.0 + up) & (time < 3.0 + up + hold))
+    tilt = np.cumsum(rate) * DT
+    found = run(name, tilt, list(samples(tilt, seed=28)))
+    shown = found.after(3.0 + up + hold)
+    assert found.error[shown].max() > 15.0
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[shown].any()
+    assert found.trusted[found.after(end + 1.0)].all()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_push_beyond_the_range_ends_trust_for_no_longer_than_it_lasts(name: str) -> None:
+    time = np.arange(0.0, 8.0, DT)
+    rate = np.where(time > 3.0, 4.9 - 35.0 * (time - 3.0), 0.0)  # struck, and caught by the wheels
+    rate = np.where(time < 3.2, rate, 0.0)
+    tilt = np.cumsum(rate) * DT
+    readings = list(samples(tilt, seed=29))
+    assert sum(reading.gyro_saturated_y for reading in readings) > 1
+    found = run(name, tilt, readings)
+    assert found.trusted[found.after(3.04)].all()
+    assert found.error[found.after(3.04)].max() < 5.0
+
+
 @pytest.mark.parametrize("lost", [0.2, 0.4, 0.7])
 @pytest.mark.parametrize("name", SOME)
 def test_bursts_of_lost_samples_are_no_reason_for_trust(name: str, lost: float) -> None:

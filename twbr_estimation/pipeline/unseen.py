@@ -28,6 +28,9 @@ SLOPE_MEMORY = 0.05
 """Time over which the largest change of the rate is kept [s]."""
 SLOPE_MARGIN = 3.5
 """How many times that change may be exceeded once the gyro is saturated."""
+GENTLE, LEVEL = SLOPE_MARGIN * ACCELERATION, 0.05
+"""Change of the rate before and after a saturation [rad/s^2] below which it says little of what
+passed, where that was long enough to hide so much [rad]."""
 PASSED_FLOOR = 0.01
 """Smallest deviation of what is known of a rotation beyond the gyro's range [rad]."""
 
@@ -177,6 +180,17 @@ def uncertainty(passed: Passed) -> float:
     """
     rotation = abs(passed.rotation)
     return PASSED_FLOOR + rotation * (1.0 + rotation)
+
+
+def may_be_level(now: Stream) -> bool:
+    """Return whether a rate beyond the range may have been level between the slopes seen.
+
+    A fall ends by an impact, a push begins by one, and a fast turn has slopes that leave no time
+    for more. Between gentle slopes a robot in a hand may have been turned on: the triangle shows
+    the least of it.
+    """
+    gentle = max(now.slope, now.passed.exit) < GENTLE
+    return gentle and 0.25 * ACCELERATION * now.passed.time * now.passed.time > LEVEL
 
 
 def misled(now: Stream, sample: CorrectedSample, pull: float) -> float:

@@ -15,7 +15,16 @@ from typing import NamedTuple
 from ..samples import LYING, CorrectedSample, TiltEstimate, wrapped
 from . import resting, unseen
 from .resting import Rest, continued, shown_by, stretch
-from .unseen import FREEZE, Stream, follow, is_gap, misled, uncertainty, unseen_rotation
+from .unseen import (
+    FREEZE,
+    Stream,
+    follow,
+    is_gap,
+    may_be_level,
+    misled,
+    uncertainty,
+    unseen_rotation,
+)
 
 VALID_STDDEV = 0.2
 """Deviation of a tilt [rad] above which it is not trusted, unless a user sets another."""
@@ -230,10 +239,12 @@ def _passed(now: Watch, self_judged: bool) -> Watch:
     rotation, known, reference = now.stream.passed.rotation, now.known, now.reference
     uncertain = uncertainty(now.stream.passed)
     deviation = min(math.sqrt(known.variance) + uncertain, math.sqrt(reference.variance))
-    doubt = known.doubt + uncertain
+    doubt, trusted = known.doubt + uncertain, known.trusted
+    if not self_judged and may_be_level(now.stream):
+        deviation, doubt, trusted = math.sqrt(reference.variance), math.sqrt(now.doubt), now.trusted
     return Watch(  # in full: compiled code has no `_replace`
         doubt * doubt,
-        known.trusted,
+        trusted,
         now.astray,
         0.0 if self_judged else rotation,
         now.tilt,
