@@ -230,6 +230,19 @@ def test_a_frozen_sensor_is_not_trusted_and_trust_returns(name: str) -> None:
     assert found.trusted[found.after(7.5)].all()
 
 
+@pytest.mark.parametrize("degrees", [0.0, 6.0])
+@pytest.mark.parametrize("name", [*SOME, "ins_odometer"])
+def test_one_false_rate_is_noticed_with_the_next_sample(name: str, degrees: float) -> None:
+    tilt = swing(8.0, degrees)
+    readings = list(samples(tilt, seed=30))
+    readings[800] = readings[800]._replace(gyro_y=34.0)
+    found = run(name, tilt, readings)
+    assert found.error[800:802].max() > 4.0
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[found.after(801 * DT)].any()
+    assert found.trusted[found.after(801 * DT + 2.0)].all()
+    assert found.error[found.after(801 * DT + 2.0)].max() < 5.0
+
+
 @pytest.mark.parametrize("name", [*SOME, "ins_odometer"])
 def test_zeros_of_all_axes_are_not_trusted(name: str) -> None:
     tilt = swing(8.0, degrees=15.0)

@@ -18,6 +18,9 @@ FIRST_STEP = 0.05
 """A first time step longer than this [s] is a gap."""
 SETTLING = 0.05
 """Time over which steps far below the usual one pass [s] before that is halved at each."""
+GLITCH, RETURN = 10.0 * ACCELERATION, 0.25
+"""Change of the rate [rad/s^2] that no robot undergoes, if the next sample takes it back but for
+that share: a false reading."""
 FREEZE = 0.1
 """Time over which six equal readings pass [s] before the sensor counts as frozen."""
 PULL = 0.3
@@ -65,6 +68,8 @@ class Stream(NamedTuple):
     """Time for which the accelerometer has been saturated [s]."""
     slope: float
     """Largest recent change of the rate [rad/s^2]."""
+    jump: float
+    """Its change from the sample before [rad/s]."""
     passed: Passed
     gyro: tuple[float, float, float]
     """Rates one sample ago [rad/s]."""
@@ -76,7 +81,7 @@ def begin(sample: CorrectedSample) -> Stream:
     """Start with a first sample."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
+    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
 
 
 def follow(before: Stream, sample: CorrectedSample) -> Stream:
@@ -103,6 +108,7 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
         before.saturated + dt if sample.gyro_saturated_y > 0.0 else 0.0,
         before.shocked + dt if sample.accel_saturated_x + sample.accel_saturated_z > 0.0 else 0.0,
         slope,
+        gyro[1] - before.gyro[1],
         _passed(before, sample),
         gyro,
         accel,
@@ -170,7 +176,21 @@ def unseen_rotation(before: Stream, now: Stream, sample: CorrectedSample) -> flo
         unseen += max(bridged, ACCELERATION * dt * dt / 12.0)
     if now.frozen > FREEZE:
         unseen += ACCELERATION * now.frozen * dt
-    return unseen
+    return unseen + _false_turn(before.jump, now.jump, dt)
+
+
+def _false_turn(there: float, back: float, dt: float) -> float:
+    """Return what a false reading has turned [rad]: in the step to it, and in that after it.
+
+    Args:
+        there: change of the rate with the sample before this one [rad/s].
+        back: change with this one.
+        dt: time step [s].
+    """
+    size, larger = min(abs(there), abs(back)), max(abs(there), abs(back))
+    if there * back >= 0.0 or size < GLITCH * dt or larger - size > RETURN * larger:
+        return 0.0
+    return 2.0 * size * dt
 
 
 def uncertainty(passed: Passed) -> float:
