@@ -21,6 +21,8 @@ RESTART_GAP = 1.0
 """A longer time between two samples [s] starts correction and filters afresh."""
 LYING = 0.8
 """Further from upright a robot does not balance: it falls, lies or is lifted [rad]."""
+OVERTURNED = 0.5 * math.pi
+"""Tilt [rad] from which on the accelerometer's angle is taken within half a turn of it."""
 
 
 class Stamps(Enum):
@@ -120,6 +122,19 @@ def is_saturated(sample: CorrectedSample) -> bool:
 def wrapped(angle: float) -> float:
     """Return an angle within half a turn of zero [rad]."""
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
+
+
+def nearest(angle: float, tilt: float) -> float:
+    """Return the accelerometer's angle [rad] as a filter of that tilt takes it.
+
+    Beyond `OVERTURNED` that is within half a turn of the tilt, which may go on round the circle.
+    """
+    return angle if abs(tilt) <= OVERTURNED else tilt + wrapped(angle - tilt)
+
+
+def published(tilt: float) -> float:
+    """Return the tilt of a filter that may have gone round the circle, within half a turn [rad]."""
+    return tilt if abs(tilt) <= math.pi else wrapped(tilt)
 
 
 class TiltEstimate(NamedTuple):

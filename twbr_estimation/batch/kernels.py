@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ..filters.base import Filter
 from ..live_code.layout import Layout
 from ..pipeline import correction
-from ..samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate
+from ..samples import RESTART_GAP, CorrectedSample, Sample, TiltEstimate, nearest, published
 
 SOURCES = (
     "samples.py",
@@ -39,15 +39,19 @@ class LoopLayouts(NamedTuple):
         return f"{self.coefficients.reading} {self.state.reading}"
 
 
-def _reader(record: type[Any], name: str) -> Callable[[Any, int], Any]:
-    """Return the function (columns, i) that makes a record of column `i`, compiled or not.
+def _reader(record: type[Any], name: str) -> Callable[[Any, int, float], Any]:
+    """Return the function (columns, i, tilt) that makes a record of column `i`, compiled or not.
 
-    Compiled code needs a call with one argument a field, so it is written from the fields.
+    An `angle` is taken as a filter of that tilt does. Compiled code needs a call with one argument
+    a field, so it is written from the fields.
     """
-    fields = ", ".join(f"{field}=columns[{row}, i]" for row, field in enumerate(record._fields))
-    space: dict[str, Any] = {"__name__": __name__, "record": record}
-    exec(f"def {name}(columns, i):\n    return record({fields})", space)
-    reader: Callable[[Any, int], Any] = space[name]
+    values = {field: f"columns[{row}, i]" for row, field in enumerate(record._fields)}
+    if "angle" in values:
+        values["angle"] = f"nearest({values['angle']}, tilt)"
+    fields = ", ".join(f"{field}={value}" for field, value in values.items())
+    space: dict[str, Any] = {"__name__": __name__, "record": record, "nearest": nearest}
+    exec(f"def {name}(columns, i, tilt):\n    return record({fields})", space)
+    reader: Callable[[Any, int, float], Any] = space[name]
     return reader
 
 
@@ -66,7 +70,7 @@ def correction_loop(layouts: LoopLayouts) -> Run:
     ) -> None:
         chosen, state = coefficients_of(coefficients), state_of(kept)
         for i in range(first, count):
-            sample = raw_sample_at(columns, i)
+            sample = raw_sample_at(columns, i, 0.0)
             if sample.dt > RESTART_GAP:
                 state, result = start(sample, chosen)
             else:
@@ -90,14 +94,14 @@ def filter_loop(entry: Filter, layouts: LoopLayouts) -> Run:
     ) -> None:
         chosen, state = coefficients_of(coefficients), state_of(kept)
         for i in range(first, count):
-            sample = sample_at(columns, i)
+            sample = sample_at(columns, i, state.tilt)
             if sample.dt > RESTART_GAP:
                 bias = state.gyro_bias if with_bias else 0.0
                 fresh = TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0)
                 state = reset(fresh, sample, chosen)
             else:
                 state = step(state, sample, chosen)
-            estimates[0, i] = state.tilt
+            estimates[0, i] = published(state.tilt)
             estimates[1, i] = state.rate
             if with_bias:
                 estimates[2, i] = state.gyro_bias

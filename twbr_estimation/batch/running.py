@@ -22,7 +22,7 @@ from ..pipeline.oversampling import Oversampler
 from ..pipeline.pairing import SampleTrack
 from ..pipeline.tilt_filter import TiltFilter
 from ..robot import Robot, Setup
-from ..samples import CorrectedSample, Sample, TiltEstimate
+from ..samples import CorrectedSample, Sample, TiltEstimate, nearest, published
 from .kernels import is_ours
 from .loops import CompiledLoop, loop_of_correction, loop_of_filter
 from .tracks import CorrectedTrack, EstimateTrack
@@ -119,8 +119,14 @@ def _interpret(
     entry: Filter, parameters: Any, corrected: CorrectedTrack, robot: Robot, state: Any | None
 ) -> EstimateTrack:
     running = TiltFilter(entry, parameters._asdict(), robot, state)
+    found = []
     with np.errstate(all="ignore"):
-        found = [running.step(CorrectedSample(*column)) for column in corrected.columns.T.tolist()]
+        for column in corrected.columns.T.tolist():
+            sample = CorrectedSample(*column)
+            if running.state is not None:
+                sample = sample._replace(angle=nearest(sample.angle, running.state.tilt))
+            estimate = running.step(sample)
+            found.append((published(estimate.tilt), *estimate[1:]))
     return EstimateTrack(corrected.stamps, np.array(found).T.copy(), running.state)
 
 

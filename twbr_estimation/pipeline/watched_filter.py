@@ -8,7 +8,14 @@ from typing import Any
 
 from ..filters.base import Filter, estimate_of, turned
 from ..robot import Robot
-from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate, wrapped
+from ..samples import (
+    OVERTURNED,
+    RESTART_GAP,
+    CorrectedSample,
+    TiltEstimate,
+    nearest,
+    published,
+)
 from .step_code import StepCode
 from .tilt_filter import TiltFilter
 from .validity import (
@@ -24,8 +31,6 @@ from .validity import (
 
 SELF_JUDGED = ("ins_odometer",)
 """Filters that make up for saturated sensors by themselves and come back to gravity."""
-OVERTURNED = 0.5 * math.pi
-"""Tilt [rad] from which on the accelerometer's angle is taken within half a turn of it."""
 
 
 class WatchedFilter(TiltFilter):
@@ -136,8 +141,8 @@ class WatchedFilter(TiltFilter):
     def step(self, sample: CorrectedSample) -> TiltEstimate:
         """Take one sample; return the estimate at its stamp, within half a turn of zero."""
         estimate = self._step(sample)
-        if abs(estimate.tilt) > math.pi:  # the state went on round the circle
-            return estimate._replace(tilt=wrapped(estimate.tilt))
+        if abs(estimate.tilt) > math.pi:
+            return estimate._replace(tilt=published(estimate.tilt))
         return estimate
 
     def _step(self, sample: CorrectedSample) -> TiltEstimate:
@@ -145,8 +150,7 @@ class WatchedFilter(TiltFilter):
             return self._compiled_step(self._code, sample)
         state, before = self.state, self._watch
         if state is not None and abs(state.tilt) > OVERTURNED:
-            near = state.tilt + wrapped(sample.angle - state.tilt)
-            sample = sample._replace(angle=near)
+            sample = sample._replace(angle=nearest(sample.angle, state.tilt))
         estimate = super().step(sample)
         if before is None or state is None or sample.dt > RESTART_GAP:
             self._begin(sample, estimate, unknown=state is not None and sample.dt > RESTART_GAP)
@@ -188,7 +192,7 @@ class WatchedFilter(TiltFilter):
     def _compiled_step(self, code: StepCode, sample: CorrectedSample) -> TiltEstimate:
         tilt = self._judged[0]
         if abs(tilt) > OVERTURNED:
-            sample = sample._replace(angle=tilt + wrapped(sample.angle - tilt))
+            sample = sample._replace(angle=nearest(sample.angle, tilt))
         self._judged = judged = code.step(sample)
         estimate = TiltEstimate(*judged[:4])
         if (judged[5] > 0.0 or judged[7] != 0.0) and (now := self._watch) is not None:

@@ -56,7 +56,7 @@ def forward_kernel() -> Any:
     ) -> Any:
         k = max(begin, 1)
         while i < columns.shape[1] and k < begin + tape.found.shape[0]:
-            sample = sample_at(columns, i)
+            sample = sample_at(columns, i, 0.0)
             state, q = advance(state, sample, c, tape, k - begin)
             attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3] = q[0], q[1], q[2], q[3]
             if state.window.time == 0.0:
