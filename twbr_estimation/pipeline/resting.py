@@ -5,8 +5,6 @@ the angle turns, and what is left is a bias. `begin` and `continued` are pure fu
 tuples, as those of `unseen`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -22,7 +20,7 @@ STEADY_RATE = 0.05
 """Distance of the rate from its mean [rad/s] up to which the body rests, whatever its bias."""
 
 
-class Rest(NamedTuple):
+class RestSums(NamedTuple):
     """Sums over the time for which the accelerometer has been steady."""
 
     time: float
@@ -50,9 +48,9 @@ class Shown(NamedTuple):
     """Of the gyro [rad/s]."""
 
 
-def begin(sample: CorrectedSample) -> Rest:
+def begin(sample: CorrectedSample) -> RestSums:
     """Start with a first sample."""
-    return Rest(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def stretch(sample: CorrectedSample) -> float:
@@ -61,7 +59,7 @@ def stretch(sample: CorrectedSample) -> float:
     return math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
 
 
-def continued(before: Rest, sample: CorrectedSample, turned: float, blind: bool) -> Rest:
+def continued(before: RestSums, sample: CorrectedSample, turned: float, blind: bool) -> RestSums:
     """Take one sample.
 
     Args:
@@ -71,17 +69,17 @@ def continued(before: Rest, sample: CorrectedSample, turned: float, blind: bool)
         blind: whether it hides something.
     """
     if before.time > LONGEST or blind or abs(stretch(sample)) > STEADY_SHARE:
-        return Rest(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
+        return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
     dt, off = sample.dt, wrapped(sample.angle - before.angle)
     time, shift = before.time + dt, before.shift + off * dt
     turn, moment = before.turned + turned, before.moment + off * dt * (time - 0.5 * dt)
     if abs(off - shift / time) > STEADY or abs(turned / dt - turn / time) > STEADY_RATE:
-        return Rest(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
+        return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
     found = 1.0 if time >= REST_TIME else 0.0
-    return Rest(time, before.angle, shift, moment, turn, found, before.wrong)
+    return RestSums(time, before.angle, shift, moment, turn, found, before.wrong)
 
 
-def shown_by(rest: Rest) -> Shown:
+def shown_by(rest: RestSums) -> Shown:
     """Return what a rest that was `found` shows: a straight line through the angles."""
     time, mean = rest.time, rest.shift / rest.time
     slope = 12.0 * (rest.moment - 0.5 * time * rest.shift) / (time * time * time)

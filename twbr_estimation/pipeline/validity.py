@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ..samples import LYING, CorrectedSample, TiltEstimate, wrapped
 from . import resting, unseen
-from .resting import Rest, continued, shown_by, stretch
+from .resting import RestSums, continued, shown_by, stretch
 from .unseen import (
     FREEZE,
     Stream,
@@ -124,7 +124,7 @@ class Watch(NamedTuple):
     certainty: Certainty
     reference: Reference
     stream: Stream
-    rest: Rest
+    rest: RestSums
 
 
 def begin(
@@ -297,7 +297,7 @@ def _rested(now: Watch, estimate: TiltEstimate) -> Watch:
         now.certainty,
         reference,
         now.stream,
-        Rest(rest.time, rest.angle, rest.shift, rest.moment, rest.turned, rest.found, wrong),
+        RestSums(rest.time, rest.angle, rest.shift, rest.moment, rest.turned, rest.found, wrong),
     )
 
 
