@@ -364,3 +364,14 @@ def test_a_first_reading_in_a_long_push_is_corrected_at_rest(name: str) -> None:
     assert found.error[0] > 20.0
     assert found.wrong_and_trusted() == 0.0
     assert found.trusted[found.after(2.0)].all()
+
+
+def test_a_start_in_a_shaking_hand_is_not_trusted_before_it_rests() -> None:
+    tilt = np.zeros(1200)
+    readings = list(samples(tilt, seed=31))
+    for index in range(600):
+        push = 4.0 * math.cos(2.0 * math.pi * 0.8 * index * DT)
+        readings[index] = pushed(readings[index], push)
+    found = run("complementary", tilt, readings)
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(4.5)].all()

@@ -156,7 +156,7 @@ def begin(
         estimate.tilt,
         BeforeSaturation(0.0, 0.0, 0.0),
         estimate.gyro_bias,
-        AFTERMATH if self_judged and not unknown else 0.0,
+        0.0 if unknown else AFTERMATH,
         _certainty(certainty, estimate, 0.0, valid_stddev),
         Reference(sample.angle, variance if shown else _UNKNOWN, variance),
         unseen.begin(sample),
@@ -282,6 +282,7 @@ def _rested(now: Watch, estimate: TiltEstimate) -> Watch:
             astray = 1.0 if wrong == 0.0 or rest.wrong == 0.0 else 0.0
             calm = 0.0 if biased else calm
             doubt, trusted, bias = max(doubt, distance * distance), 0.0, shown.bias
+        if trusted == 0.0 and (apart or not biased):
             reference = Reference(shown.tilt, FLOOR * FLOOR, FLOOR * FLOOR)
     elif abs(estimate.gyro_bias - bias) < BIAS_CHANGE:
         wrong = 0.0
