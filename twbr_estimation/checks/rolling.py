@@ -38,7 +38,7 @@ WINDOW = 30
 CONFIRMED = 10
 """Looks in a row that must find the same."""
 CONFIRMED_AXES = 20
-"""The same where other axes fit: there are more of them, and of ways to fit by chance."""
+"""The same where other axes or scales fit: there are more of them, and of ways to fit by chance."""
 RESTORED = 30
 """The same that end what was found, a window of their own: a scale can look right for a while."""
 CERTAIN = 8.0
@@ -51,12 +51,12 @@ FITTING = 0.6
 """What is left must be below this share of what the gyro and of what the wheels explain."""
 RIGHT = (0.75, 1.35)
 """Ratios that are right."""
-SCALES = (0.6, 1.6)
+SCALES = (0.6, 1.75)
 """Sizes of a ratio below and above which the gyro has another scale or unit; between them a
 negative one is a wrong sign. Sound drives have single looks beyond."""
 TOO_FAR = (4.0, 8.0, math.degrees(1.0))
 """Scales with which the turn of an upright robot looks too large for it."""
-FITTING_SCALE, ROLLING_SCALE = 0.4, 10.0
+FITTING_SCALE, ROLLING_SCALE = 0.3, 10.0
 """As `FITTING` and `ROLLING`, for another scale: wheels that are late or slip disturb the ratio."""
 SCALE_TOLERANCE = 0.25
 """Relative difference up to which another scale is named: full scales differ by factors of 2."""
@@ -190,7 +190,7 @@ class RollingCheck:
 
     def _needed(self) -> int:
         """Return how many looks in a row must find the same."""
-        if self._kind == AXES_SWAPPED:
+        if self._kind in (AXES_SWAPPED, OTHER_SCALE):
             return CONFIRMED_AXES
         return RESTORED if self._doubted and not self._kind else CONFIRMED
 
