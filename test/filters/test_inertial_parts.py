@@ -27,8 +27,8 @@ from twbr_estimation.filters.inertial.navigation import Navigation, read
 from twbr_estimation.filters.inertial.restart import begin_navigation
 from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
 from twbr_estimation.filters.inertial.vertical import (
+    GAIN_SHARE,
     MEMORY,
-    SCALED,
     at_rest,
     begin_vertical,
     contradicts_rest,
@@ -120,7 +120,7 @@ def test_a_quick_turn_leaves_the_vertical_unsure_by_the_gain_of_the_gyro(
             vertical, body, (rate[0], rate[1], rate[2]), sample(**force, **spin), 0.0, 0.05
         )
     kept = MEMORY / 0.5 * (1.0 - math.exp(-0.5 / MEMORY))  # of a turn of that length
-    deviation, expected = math.sqrt(variance_of(vertical)), SCALED * 0.05 * math.pi * kept
+    deviation, expected = math.sqrt(variance_of(vertical)), GAIN_SHARE * 0.05 * math.pi * kept
     assert deviation == pytest.approx(expected if unsure else 0.005, rel=0.05)
     accel, still = (force["accel_x"], force["accel_y"], force["accel_z"]), (0.0, 0.0, 0.0)
     for _ in range(60):
