@@ -81,13 +81,22 @@ from .inertial.restart import (
     first_covariance,
     restarted_at_vertical,
 )
-from .inertial.stillness import Stillness, begin_stillness, is_still, noticed, rest_variance
+from .inertial.stillness import (
+    Stillness,
+    begin_stillness,
+    is_still,
+    noticed,
+    rest_variance,
+    shows_bias,
+    unexplained_variance,
+)
 from .inertial.strapdown import Vector, attitude_at, heading_of, tilt_ahead
 from .inertial.vertical import (
     Vertical,
     agreed,
     at_rest,
     begin_vertical,
+    bias_remarks,
     body_by,
     contradicts_rest,
     followed,
@@ -239,7 +248,8 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     still, off = is_still(stillness, vertical.bias), rest_variance(stillness)
-    if still and contradicts_rest(vertical, now.body, stillness.accel, off, stillness.time):
+    unsure = off + unexplained_variance(stillness, vertical.bias)
+    if still and contradicts_rest(vertical, now.body, stillness.accel, unsure, stillness.time):
         still = False
     if still:
         vertical = at_rest(vertical, now.body, stillness.accel, stillness.gyro, off, sample.dt)
@@ -333,9 +343,13 @@ def _compared(
         check = condemned(check)
     astray = check.trust.ignored > 0.0 and check.trust.since <= time
     lost = sample.dt > GAP and unseen > LOST_TURN
-    if astray or lost or off:
+    memory = moved.memory
+    biased = still and shows_bias(moved.stillness, fixed.gyro_bias)
+    if biased:
+        memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
+    if astray or lost or off or biased:
         first = LOST
-        afresh = restarted_at_vertical(fixed, vertical, p, moved.memory, lost, off, c)
+        afresh = restarted_at_vertical(fixed, vertical, p, memory, lost and not biased, off, c)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)
     sound = (wheels == 0.0 or trustworthy(check)) and check.trust.doubted == 0.0 and strange < SOUND
@@ -352,6 +366,8 @@ def _compared(
         doubt += off_level(vertical)
     if still:
         doubt += REST_DOUBT * off_level(vertical)
+    else:
+        doubt += unexplained_variance(moved.stillness, fixed.gyro_bias)
     own = max(aiding.surprise, 1.0) * tilt_variance(p, heading_of(now.body))
     return State(
         tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
@@ -366,7 +382,7 @@ def _compared(
         stillness=moved.stillness,
         check=check,
         first_check=moved.first_check,
-        memory=remembered(moved.memory, fixed, sound, time),
+        memory=remembered(memory, fixed, sound, time),
         clipping=moved.clipping,
         gravity=moved.gravity,
         first=first,
@@ -434,6 +450,6 @@ FILTER = Filter(
     step=step,
     derive=derive,
     uses_wheels=True,
-    remarks=lambda state: wheel_remarks(state.check),
+    remarks=lambda state: wheel_remarks(state.check) + bias_remarks(state.vertical),
     wheels_ignored=lambda state: state.check.trust.total,
 )

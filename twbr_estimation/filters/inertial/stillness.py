@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from ...samples import STANDARD_GRAVITY, CorrectedSample
-from .strapdown import Vector
+from .strapdown import Vector, cross, unit
 
 MEMORY = 0.3
 """Time over which the readings of a run are averaged [s]."""
@@ -20,8 +20,11 @@ SURE_AFTER = 1.0
 """A run of this length is rest whatever constant rate the gyro shows [s]."""
 SLOW_TURNING = 0.02
 """Before that a mean rate further from the known bias is motion [rad/s]."""
-MEAN_TURNING = 0.08
-"""A larger mean rate is motion, as no gyro has such a bias [rad/s]."""
+LARGEST_BIAS = 0.4
+"""A larger mean rate about an axis is motion: the zero of an MPU6050 is within 0.35 [rad/s]."""
+UNEXPLAINED = 2.5
+"""Standard deviation of the tilt per turn about level axes that no bias explains and that the
+specific force does not show: it may all be bias."""
 SHAKING = 0.2
 """A specific force further from the mean is motion [m/s^2]."""
 RECENT = 0.05
@@ -80,7 +83,7 @@ def noticed(stillness: Stillness, sample: CorrectedSample) -> Stillness:
     share = sample.dt / (min(stillness.time, MEMORY) + sample.dt)
     gyro = (gyro[0] + share * p, gyro[1] + share * q, gyro[2] + share * r)
     accel = (accel[0] + share * x, accel[1] + share * y, accel[2] + share * z)
-    if gyro[0] * gyro[0] + gyro[1] * gyro[1] + gyro[2] * gyro[2] > MEAN_TURNING * MEAN_TURNING:
+    if max(abs(gyro[0]), abs(gyro[1]), abs(gyro[2])) > LARGEST_BIAS:
         return begin_stillness(sample)
     force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if abs(force - STANDARD_GRAVITY) > GRAVITY_SHARE * STANDARD_GRAVITY:
@@ -96,6 +99,30 @@ def noticed(stillness: Stillness, sample: CorrectedSample) -> Stillness:
     if x * x + y * y + z * z > swaying:
         return begin_stillness(sample)
     return Stillness(gyro, accel, recent, stillness.time + sample.dt)
+
+
+def unexplained_rate(stillness: Stillness, bias: Vector) -> float:
+    """Return the mean rate about level axes less that of a gyro of the bias [rad/s].
+
+    A turn about the vertical may be one, as no specific force shows it.
+    """
+    (x, y, z), (a, b, c) = stillness.gyro, unit(stillness.accel)
+    p, q, r = cross((a, b, c), (x - bias[0], y - bias[1], z - bias[2]))
+    return math.sqrt(p * p + q * q + r * r)
+
+
+def shows_bias(stillness: Stillness, bias: Vector) -> bool:
+    """Whether a body that lies still shows that the gyro has another bias than the known one."""
+    return stillness.time >= SURE_AFTER and unexplained_rate(stillness, bias) > SLOW_TURNING
+
+
+def unexplained_variance(stillness: Stillness, bias: Vector) -> float:
+    """Return the variance of the tilt by a rate that no known bias explains [rad^2]."""
+    rate = unexplained_rate(stillness, bias)
+    if stillness.time < STILL_AFTER or rate < SLOW_TURNING:
+        return 0.0
+    turn = UNEXPLAINED * rate * stillness.time
+    return turn * turn
 
 
 def rest_variance(stillness: Stillness) -> float:

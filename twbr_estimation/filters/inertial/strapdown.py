@@ -77,6 +77,15 @@ def rotated(m: Matrix, v: Vector) -> Vector:
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
+def unit(vector: Vector) -> Vector:
+    """Return a vector of length 1 in the same direction."""
+    x, y, z = vector
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < 1e-9:
+        return 0.0, 0.0, 1.0
+    return x / length, y / length, z / length
+
+
 def cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product."""
     return (

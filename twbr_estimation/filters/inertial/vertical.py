@@ -11,7 +11,8 @@ import math
 from typing import NamedTuple
 
 from ...samples import CorrectedSample
-from .strapdown import Matrix, Quaternion, Vector, cross, matrix_of, rotated, rotation_of
+from .stillness import SLOW_TURNING
+from .strapdown import Matrix, Quaternion, Vector, cross, matrix_of, rotated, rotation_of, unit
 
 MEMORY = 1.5
 """Time over which the force, and then its direction, is averaged [s]."""
@@ -37,8 +38,8 @@ SURELY_RESTS = 3.0
 """Quiet readings of this length are rest wherever the specific force points [s]."""
 BIAS_REST = 0.5
 """Time in which the gyro's bias is learnt at rest [s]."""
-LARGEST_BIAS = 0.05
-"""[rad/s]."""
+LARGEST_LEARNT = 0.05
+"""A larger bias is learnt at rest only [rad/s]."""
 LEAST_FORCE = 2.0
 """A smaller specific force has no direction to trust [m/s^2]."""
 GAIN_SHARE = 0.8
@@ -167,6 +168,11 @@ def at_rest(
     if present > SURELY_REST * variance:
         a, b, c = x, y, z
         share = max(share, 1.0 - variance / present)
+    bias = vertical.bias
+    slow = share * min(dt / BIAS_REST, 1.0) / min(dt / REST_TIME, 1.0)
+    p, q, r = gyro[0] - bias[0], gyro[1] - bias[1], gyro[2] - bias[2]
+    if p * p + q * q + r * r > SLOW_TURNING * SLOW_TURNING:  # which has turned the vertical, too
+        share = slow = 1.0
     up = unit((a + share * (x - a), b + share * (y - b), c + share * (z - c)))
     felt, old = rotated(body, accel), vertical.force
     force = (
@@ -174,12 +180,7 @@ def at_rest(
         old[1] + share * (felt[1] - old[1]),
         old[2] + share * (felt[2] - old[2]),
     )
-    bias, slow = vertical.bias, share * min(dt / BIAS_REST, 1.0) / min(dt / REST_TIME, 1.0)
-    learnt = (
-        bounded(bias[0] + slow * (gyro[0] - bias[0])),
-        bounded(bias[1] + slow * (gyro[1] - bias[1])),
-        bounded(bias[2] + slow * (gyro[2] - bias[2])),
-    )
+    learnt = (bias[0] + slow * p, bias[1] + slow * q, bias[2] + slow * r)
     left, (p, q) = 1.0 - share, vertical.gain_error
     age, pending = _aged(vertical.age, share), left * vertical.pending
     return Vertical(up, force, learnt, age, pending, (left * p, left * q))
@@ -228,16 +229,18 @@ def learnt_bias(bias: Vector, body: Matrix, error: Vector, dt: float, age: float
     if age < MEMORY:
         return bias
     share = BIAS_GAIN * dt
+    x, y, z = error
     return (
-        bounded(bias[0] + share * (body[0] * error[0] + body[3] * error[1] + body[6] * error[2])),
-        bounded(bias[1] + share * (body[1] * error[0] + body[4] * error[1] + body[7] * error[2])),
-        bounded(bias[2] + share * (body[2] * error[0] + body[5] * error[1] + body[8] * error[2])),
+        _bounded(bias[0] + share * (body[0] * x + body[3] * y + body[6] * z), bias[0]),
+        _bounded(bias[1] + share * (body[1] * x + body[4] * y + body[7] * z), bias[1]),
+        _bounded(bias[2] + share * (body[2] * x + body[5] * y + body[8] * z), bias[2]),
     )
 
 
-def bounded(bias: float) -> float:
-    """Return a bias that is no larger than a gyro's can be [rad/s]."""
-    return min(max(bias, -LARGEST_BIAS), LARGEST_BIAS)
+def _bounded(bias: float, before: float) -> float:
+    """Return a bias that is no larger than can be learnt in motion, or than it was [rad/s]."""
+    limit = max(LARGEST_LEARNT, abs(before))
+    return min(max(bias, -limit), limit)
 
 
 def turned_by(vector: Vector, turn: Vector) -> Vector:
@@ -261,15 +264,6 @@ def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
         vertical.pending,
         vertical.gain_error,
     )
-
-
-def unit(vector: Vector) -> Vector:
-    """Return a vector of length 1 in the same direction."""
-    x, y, z = vector
-    length = math.sqrt(x * x + y * y + z * z)
-    if length < 1e-9:
-        return 0.0, 0.0, 1.0
-    return x / length, y / length, z / length
 
 
 def levelling(vertical: Vertical) -> Quaternion:
@@ -302,3 +296,12 @@ def off_level(vertical: Vertical) -> float:
     """Return the square of how far the navigation is from the vertical [rad^2]."""
     x, y, z = vertical.up
     return x * x + y * y if z > 0.0 else 4.0
+
+
+def bias_remarks(vertical: Vertical) -> tuple[str, ...]:
+    """Return a sentence about a bias of the gyro that only rest could show."""
+    if max(map(abs, vertical.bias)) <= LARGEST_LEARNT:
+        return ()
+    about = ", ".join(f"{round(each, 2) + 0.0:.2f}" for each in vertical.bias)  # and no -0.00
+    said = f"the gyro shows ({about}) rad/s at rest, more than calibration leaves"
+    return (f"{said}; calibrate its bias (still)",)

@@ -1,0 +1,79 @@
+"""Rest of a body whose gyro has a bias, and motions that look like rest to both sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from twbr_estimation.batch import CorrectedTrack, correct, run_filter
+from twbr_estimation.batch.judging import trusted
+from twbr_estimation.filters import filter_named
+from twbr_estimation.pipeline.pairing import pair
+from twbr_estimation.recording import FloatArray
+from twbr_estimation.robot import Robot
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
+from twbr_estimation.simulation.hard_days.day import DEGREE, Day, clock, recorded
+from twbr_estimation.simulation.hard_days.prescribed import Sensor, planar
+from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
+from twbr_estimation.streams.filtering import FilterStream
+
+DT = 0.01
+INS = filter_named("ins_odometer")
+ROBOT = Robot(
+    gyro_range=1000.0 * DEGREE,
+    accel_range=8.0 * STANDARD_GRAVITY,
+    track_width=0.2,
+    lever_arm=(0.0, 0.0, 0.1),
+)
+
+
+def judged(made: Day, track: CorrectedTrack) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the errors of `ins_odometer` [deg], and where a live stream calls it valid."""
+    found, truth = run_filter(INS, INS.configure(), track, made.setup.robot), made.recording.truth
+    assert truth is not None
+    true = np.interp(found.stamps, truth.stamps, truth.tilt)
+    error = np.degrees(np.angle(np.exp(1j * (found.tilt - true))))
+    return error, trusted(INS, track, found)
+
+
+def at_rest(duration: float, wheels: bool) -> tuple[Day, CorrectedTrack]:
+    """Return a day of a robot that stands still."""
+    step, time = clock(DT, duration, 2.5e-3)
+    turned = np.zeros((time.size, 2)) if wheels else None
+    zero = np.zeros_like(time)
+    made = recorded("rest", planar(step, zero, zero), turned, ROBOT, DT, 1, Sensor())
+    return made, correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+
+
+def biased(track: CorrectedTrack, bias: float, begin: float) -> CorrectedTrack:
+    """Return the samples of a gyro whose pitch axis reads `bias` [rad/s] more from `begin` [s]."""
+    columns = track.columns.copy()
+    row = CorrectedSample._fields.index("gyro_y")
+    columns[row, (track.stamps - track.stamps[0]) * 1e-9 >= begin] += bias
+    return CorrectedTrack(track.stamps, columns)
+
+
+@pytest.mark.parametrize("wheels", [True, False])
+@pytest.mark.parametrize(
+    ("bias", "begin"), [(0.1, 0.0), (0.17, 0.0), (-0.35, 0.0), (0.12, 5.0), (-0.3, 5.0)]
+)
+def test_a_large_bias_at_rest_is_never_wrong_and_valid_and_soon_known(
+    bias: float, begin: float, wheels: bool
+) -> None:
+    made, track = at_rest(begin + 3.0, wheels)
+    error, valid = judged(made, biased(track, bias, begin))
+    time = DT * np.arange(error.size)
+    assert not np.any(valid & (np.abs(error) > 5.0))
+    after = time > begin + 1.5
+    assert valid[after].all()
+    assert np.abs(error[after]).max() < 1.0
+
+
+@pytest.mark.parametrize(("bias", "said"), [(0.03, False), (0.17, True)])
+def test_a_large_bias_at_rest_is_named(bias: float, said: bool) -> None:
+    made, track = at_rest(1.5, True)
+    stream = FilterStream(FilterConfiguration(FilterSettings(INS.name), robot=made.setup.robot))
+    for column in biased(track, bias, 0.0).columns.T.tolist():
+        stream.step(CorrectedSample(*column))
+    assert any("(0.00, 0.17, 0.00) rad/s" in each for each in stream.remarks()) is said
