@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,8 +15,8 @@ from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
-from twbr_estimation.simulation.hard_days.day import DEGREE, Day, clock, recorded
-from twbr_estimation.simulation.hard_days.prescribed import Sensor, planar
+from twbr_estimation.simulation.hard_days.day import DEGREE, Day, clock, ramp, recorded
+from twbr_estimation.simulation.hard_days.prescribed import Sensor, planar, rolled_angle
 from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
 from twbr_estimation.streams.filtering import FilterStream
 
@@ -77,3 +79,26 @@ def test_a_large_bias_at_rest_is_named(bias: float, said: bool) -> None:
     for column in biased(track, bias, 0.0).columns.T.tolist():
         stream.step(CorrectedSample(*column))
     assert any("(0.00, 0.17, 0.00) rad/s" in each for each in stream.remarks()) is said
+
+
+def driven(acceleration: float) -> tuple[Day, CorrectedTrack]:
+    """Return a day of an upright robot that drives to and fro, at its hardest [m/s^2] once a s."""
+    step, time = clock(DT, 18.0, 2.5e-3)
+    hard = acceleration * np.sin(math.pi * time) * ramp(time, 1.0, 2.0)
+    upright, ahead = np.zeros_like(time), np.cumsum(np.cumsum(hard)) * step * step
+    motion = planar(step, upright, ahead)
+    wheel = rolled_angle(motion, ahead, ROBOT)
+    made = recorded("to and fro", motion, np.stack([wheel, wheel], axis=1), ROBOT, DT, 1, Sensor())
+    return made, correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+
+
+@pytest.mark.parametrize("begin", [10.2, 10.4, 11.2, 11.5])
+def test_a_start_in_an_acceleration_is_no_rest_while_the_wheels_roll(begin: float) -> None:
+    """Both sensors are as quiet as at rest for 0.3 s where the acceleration is largest."""
+    made, track = driven(4.0)
+    late = slice(round(begin / DT), round((begin + 6.0) / DT))
+    columns = track.columns[:, late].copy()
+    columns[CorrectedSample._fields.index("dt"), 0] = 0.0
+    error, valid = judged(made, CorrectedTrack(track.stamps[late], columns))
+    assert not np.any(valid & (np.abs(error) > 5.0))
+    assert np.mean(valid) > 0.8

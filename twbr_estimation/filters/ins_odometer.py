@@ -247,7 +247,8 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     clipping = clipped(state.clipping, last.gyro[1], sample)
     unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
-    still, off = is_still(stillness, vertical.bias), rest_variance(stillness)
+    wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0
+    still, off = is_still(stillness, vertical.bias, wheels), rest_variance(stillness)
     unsure = off + unexplained_variance(stillness, vertical.bias)
     if still and contradicts_rest(vertical, now.body, stillness.accel, unsure, stillness.time):
         still = False

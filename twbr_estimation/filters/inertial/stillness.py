@@ -18,6 +18,8 @@ TURNING = 0.012
 """A rate further from the mean is motion [rad/s]."""
 SURE_AFTER = 1.0
 """A run of this length is rest whatever constant rate the gyro shows [s]."""
+ROLLED = 0.2
+"""Before that, readings are no rest while wheels that nothing speaks against turn further [rad]."""
 SLOW_TURNING = 0.02
 """Before that a mean rate further from the known bias is motion [rad/s]."""
 LARGEST_BIAS = 0.4
@@ -50,18 +52,30 @@ class Stillness(NamedTuple):
     """Mean of the latest specific force [m/s^2]."""
     time: float
     """Since when the readings are quiet [s]."""
+    wheel: float
+    """Wheel angle at its begin [rad]."""
+    rolled: float
+    """How far the wheels were from there at most [rad]."""
 
 
 def begin_stillness(sample: CorrectedSample) -> Stillness:
     """Begin a run with one sample."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    return Stillness(gyro, accel, accel, 0.0)
+    return Stillness(gyro, accel, accel, 0.0, sample.wheel_angle, 0.0)
 
 
-def is_still(stillness: Stillness, bias: Vector) -> bool:
-    """Whether the body lies still, by a gyro of that bias [rad/s]."""
+def is_still(stillness: Stillness, bias: Vector, wheels: bool) -> bool:
+    """Whether the body lies still.
+
+    Args:
+        stillness: the run of quiet readings.
+        bias: of the gyro [rad/s].
+        wheels: whether there are any that nothing speaks against.
+    """
     if stillness.time < STILL_AFTER:
+        return False
+    if stillness.time < SURE_AFTER and wheels and stillness.rolled > ROLLED:
         return False
     x, y, z = stillness.gyro
     x, y, z = x - bias[0], y - bias[1], z - bias[2]
@@ -98,7 +112,8 @@ def noticed(stillness: Stillness, sample: CorrectedSample) -> Stillness:
     swaying = max(SWAYING * SWAYING, 0.5 * shaking * new)
     if x * x + y * y + z * z > swaying:
         return begin_stillness(sample)
-    return Stillness(gyro, accel, recent, stillness.time + sample.dt)
+    rolled = max(stillness.rolled, abs(sample.wheel_angle - stillness.wheel))
+    return Stillness(gyro, accel, recent, stillness.time + sample.dt, stillness.wheel, rolled)
 
 
 def unexplained_rate(stillness: Stillness, bias: Vector) -> float:
