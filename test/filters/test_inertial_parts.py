@@ -163,9 +163,9 @@ def test_the_vertical_learns_the_bias_of_the_gyro(axis: int) -> None:
 def test_a_steady_acceleration_is_no_rest() -> None:
     vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.0134)
     forward, sway = (2.0, 0.0, STANDARD_GRAVITY), 1e-3
-    assert contradicts_rest(vertical, LEVEL, forward, sway, 0.5)
-    assert not contradicts_rest(vertical, LEVEL, forward, sway, 5.0)
-    assert not contradicts_rest(vertical, LEVEL, (0.2, 0.0, STANDARD_GRAVITY), sway, 0.5)
+    assert contradicts_rest(vertical, LEVEL, forward, sway, 0.5, 0.0)
+    assert not contradicts_rest(vertical, LEVEL, forward, sway, 5.0, 0.0)
+    assert not contradicts_rest(vertical, LEVEL, (0.2, 0.0, STANDARD_GRAVITY), sway, 0.5, 0.0)
 
 
 def learnt(gain: float = 0.0, radius: float = 0.0) -> Navigation:

@@ -15,7 +15,7 @@ from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
-from twbr_estimation.simulation.hard_days.day import DEGREE, Day, clock, ramp, recorded
+from twbr_estimation.simulation.hard_days.day import DEGREE, Day, between, clock, ramp, recorded
 from twbr_estimation.simulation.hard_days.prescribed import Sensor, planar, rolled_angle
 from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
 from twbr_estimation.streams.filtering import FilterStream
@@ -100,5 +100,19 @@ def test_a_start_in_an_acceleration_is_no_rest_while_the_wheels_roll(begin: floa
     columns = track.columns[:, late].copy()
     columns[CorrectedSample._fields.index("dt"), 0] = 0.0
     error, valid = judged(made, CorrectedTrack(track.stamps[late], columns))
+    assert not np.any(valid & (np.abs(error) > 5.0))
+    assert np.mean(valid) > 0.8
+
+
+@pytest.mark.parametrize("acceleration", [1.5, -1.5, 2.5])
+def test_a_robot_on_a_base_that_accelerates_for_two_seconds_does_not_lean(
+    acceleration: float,
+) -> None:
+    """A cart: no wheel turns, and no gyro has seen the turn to where the force points."""
+    step, time = clock(DT, 12.0, 2e-3)
+    pushed = acceleration * between(time, 5.0, 7.0, 0.3)
+    upright, ahead = np.zeros_like(time), np.cumsum(np.cumsum(pushed)) * step * step
+    made = recorded("cart", planar(step, upright, ahead), None, ROBOT, DT, 1, Sensor())
+    error, valid = judged(made, correct(pair(made.recording.imu, None), made.setup))
     assert not np.any(valid & (np.abs(error) > 5.0))
     assert np.mean(valid) > 0.8

@@ -169,6 +169,8 @@ class State(NamedTuple):
     aiding: Aiding
     vertical: Vertical
     stillness: Stillness
+    pending: float
+    """That of the vertical when the present run of quiet readings began [rad^2]."""
     check: WheelCheck
     first_check: WheelCheck
     memory: LearntBefore
@@ -205,6 +207,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         aiding=begin_aiding(sample),
         vertical=begin_vertical(now.force, bias, max(variance, unsure)),
         stillness=begin_stillness(sample),
+        pending=0.0,
         check=begin_check(unsure),
         first_check=begin_check(),
         memory=begin_memory(nav),
@@ -249,8 +252,9 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0
     still, off = is_still(stillness, vertical.bias, wheels), rest_variance(stillness)
-    unsure = off + unexplained_variance(stillness, vertical.bias)
-    if still and contradicts_rest(vertical, now.body, stillness.accel, unsure, stillness.time):
+    unsure, lasted = off + unexplained_variance(stillness, vertical.bias), stillness.time
+    pending = state.pending if lasted > 0.0 else vertical.pending
+    if still and contradicts_rest(vertical, now.body, stillness.accel, unsure, lasted, pending):
         still = False
     if still:
         vertical = at_rest(vertical, now.body, stillness.accel, stillness.gyro, off, sample.dt)
@@ -276,6 +280,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         aiding=watched(state.aiding, sample),
         vertical=vertical,
         stillness=stillness,
+        pending=pending,
         check=check,
         first_check=first,
         memory=state.memory,
@@ -381,6 +386,7 @@ def _compared(
         aiding=aiding,
         vertical=vertical,
         stillness=moved.stillness,
+        pending=moved.pending,
         check=check,
         first_check=moved.first_check,
         memory=remembered(memory, fixed, sound, time),

@@ -187,7 +187,7 @@ def at_rest(
 
 
 def contradicts_rest(
-    vertical: Vertical, body: Matrix, accel: Vector, variance: float, lasted: float
+    vertical: Vertical, body: Matrix, accel: Vector, variance: float, lasted: float, pending: float
 ) -> bool:
     """Whether the specific force of quiet readings points where the vertical cannot be.
 
@@ -199,10 +199,14 @@ def contradicts_rest(
         accel: their mean specific force, body axes [m/s^2].
         variance: of its direction at rest [rad^2].
         lasted: for how long they have been quiet [s].
+        pending: that of the vertical when they began to be; where it was small, what they have
+            added to it excuses none of them [rad^2].
     """
     (x, y, z), (a, b, c) = unit(rotated(body, accel)), vertical.up
     square = (x - a) * (x - a) + (y - b) * (y - b) + (z - c) * (z - c)
     doubt = variance + variance_of(vertical)
+    if pending < LEANING * LEANING:
+        doubt += min(pending - vertical.pending, 0.0)
     return lasted < SURELY_RESTS and square > 9.0 * doubt + LEANING * LEANING
 
 
