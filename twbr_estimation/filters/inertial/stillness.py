@@ -83,8 +83,15 @@ def is_still(stillness: Stillness, bias: Vector, wheels: bool) -> bool:
     return slow or stillness.time >= SURE_AFTER
 
 
-def noticed(stillness: Stillness, sample: CorrectedSample) -> Stillness:
-    """Return the stillness one sample later."""
+def noticed(stillness: Stillness, sample: CorrectedSample, rate: Vector, felt: Vector) -> Stillness:
+    """Return the stillness one sample later.
+
+    Args:
+        stillness: one sample ago.
+        sample: the new one.
+        rate: the last reading of the gyro; a sensor that froze while it turned repeats it [rad/s].
+        felt: the same of the accelerometer [m/s^2].
+    """
     gyro, accel, noise = stillness.gyro, stillness.accel, NOISE * NOISE
     p, q, r = sample.gyro_x - gyro[0], sample.gyro_y - gyro[1], sample.gyro_z - gyro[2]
     turning = max(TURNING * TURNING, noise * sample.gyro_variance_y)
@@ -98,6 +105,11 @@ def noticed(stillness: Stillness, sample: CorrectedSample) -> Stillness:
     gyro = (gyro[0] + share * p, gyro[1] + share * q, gyro[2] + share * r)
     accel = (accel[0] + share * x, accel[1] + share * y, accel[2] + share * z)
     if max(abs(gyro[0]), abs(gyro[1]), abs(gyro[2])) > LARGEST_BIAS:
+        return begin_stillness(sample)
+    again = (sample.gyro_x, sample.gyro_y, sample.gyro_z) == rate
+    x, y, z = cross(felt, (sample.accel_x, sample.accel_y, sample.accel_z))  # which may be scaled
+    again = again and max(abs(x), abs(y), abs(z)) < 1e-9
+    if again and max(abs(gyro[0]), abs(gyro[1]), abs(gyro[2])) > SLOW_TURNING:
         return begin_stillness(sample)
     force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if abs(force - STANDARD_GRAVITY) > GRAVITY_SHARE * STANDARD_GRAVITY:
