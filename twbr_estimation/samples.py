@@ -23,6 +23,11 @@ LYING = 0.8
 """Further from upright a robot does not balance: it falls, lies or is lifted [rad]."""
 OVERTURNED = 0.5 * math.pi
 """Tilt [rad] from which on the accelerometer's angle is taken within half a turn of it."""
+IMPLAUSIBLE = 0.4
+"""Share of gravity by which a first specific force may differ from it and still show a tilt."""
+QUIET_RATE, QUIET_SHARE, QUIET_OFF = 0.15, 0.02, 0.02
+"""A first reading of a body at rest turns less than the first [rad/s], differs from gravity by less
+than the second, and points less than the third from the first tilt [rad]."""
 
 
 class Stamps(Enum):
@@ -117,6 +122,31 @@ def is_saturated(sample: CorrectedSample) -> bool:
     gyro = sample.gyro_saturated_x + sample.gyro_saturated_y + sample.gyro_saturated_z
     accel = sample.accel_saturated_x + sample.accel_saturated_y + sample.accel_saturated_z
     return gyro + accel > 0.0
+
+
+def gravity_excess(sample: CorrectedSample) -> float:
+    """Return by which share of gravity the specific force is longer, or shorter where below 0."""
+    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
+    return math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
+
+
+def shows_gravity(sample: CorrectedSample) -> bool:
+    """Return whether the specific force of a first reading is about as long as gravity."""
+    return abs(gravity_excess(sample)) <= IMPLAUSIBLE
+
+
+def shows_rest(sample: CorrectedSample, tilt: float, bias: float) -> bool:
+    """Return whether a body at rest may have this reading, and few others.
+
+    Args:
+        sample: the first reading.
+        tilt: of the body [rad].
+        bias: of the gyro's pitch axis [rad/s].
+    """
+    x, y, z = sample.gyro_x, sample.gyro_y - bias, sample.gyro_z
+    turning, off = x * x + y * y + z * z, math.sin(0.5 * (tilt - sample.angle))
+    quiet = turning < QUIET_RATE * QUIET_RATE and abs(gravity_excess(sample)) < QUIET_SHARE
+    return quiet and abs(off) < 0.5 * QUIET_OFF
 
 
 def wrapped(angle: float) -> float:

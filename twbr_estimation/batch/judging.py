@@ -56,5 +56,5 @@ def trusted(
             found = begin(sample, estimate, found is not None, valid_stddev, judge)
         else:
             found = watch(found, sample, estimate, valid_stddev, judge)
-        valid.append(found.trusted > 0.0 and certain(found))
+        valid.append(found.judgement.trusted > 0.0 and certain(found))
     return np.array(valid, dtype=bool)

@@ -21,12 +21,11 @@ chapters 5, 14 and 16; the integration runs at every sample, the Kalman filter a
 every `PERIOD`.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..samples import LYING, STANDARD_GRAVITY, CorrectedSample, TiltEstimate, is_saturated
+from ..samples import LYING, CorrectedSample, TiltEstimate, is_saturated, shows_gravity, shows_rest
 from .base import Filter, compiled_in_place
 from .inertial.adjusted import adjusted
 from .inertial.aiding import (
@@ -90,7 +89,7 @@ from .inertial.stillness import (
     shows_bias,
     unexplained_variance,
 )
-from .inertial.strapdown import Vector, attitude_at, heading_of, tilt_ahead
+from .inertial.strapdown import attitude_at, heading_of, tilt_ahead
 from .inertial.vertical import (
     Vertical,
     agreed,
@@ -125,13 +124,8 @@ FIRST_TILT = 0.3
 """Standard deviation of a first tilt that says nothing of its own [rad]."""
 QUIET_TILT = 0.05
 """The same where the first reading is that of a body at rest [rad]."""
-QUIET_RATE, QUIET_SHARE, QUIET_OFF = 0.15, 0.02, 0.02
-"""Such a reading turns less than the first [rad/s], differs from gravity by less than the second,
-and points less than the third from the first tilt [rad]."""
 UNKNOWN_TILT = 2.0
 """The same where the first specific force is not gravity's [rad]."""
-IMPLAUSIBLE = 0.4
-"""Share of gravity by which a first specific force may differ from it."""
 YAW_SHARE = 0.05
 """Relative standard deviation of a yaw rate that the wheels show."""
 UNSEEN_ACCELERATION = 3.0
@@ -191,9 +185,9 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     variance = unsure = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
         variance, unsure = estimate.tilt_variance, 0.0
-    elif _shows_rest(sample, rate, estimate.tilt):
+    elif shows_rest(sample, estimate.tilt, estimate.gyro_bias):
         variance = QUIET_TILT * QUIET_TILT
-    elif not _shows_gravity(sample):
+    elif not shows_gravity(sample):
         variance = UNKNOWN_TILT * UNKNOWN_TILT
     now = read(nav, rate, sample)
     return State(
@@ -218,28 +212,9 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
     )
 
 
-def _shows_gravity(sample: CorrectedSample) -> bool:
-    """Return whether the specific force is about as long as gravity."""
-    return _off_gravity(sample) <= IMPLAUSIBLE
-
-
-def _off_gravity(sample: CorrectedSample) -> float:
-    """Return by which share of gravity the specific force is longer or shorter."""
-    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    return abs(math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0)
-
-
-def _shows_rest(sample: CorrectedSample, rate: Vector, tilt: float) -> bool:
-    """Return whether a body of that tilt that rests may have this reading, and few others."""
-    x, y, z = rate
-    turning, off = x * x + y * y + z * z, math.sin(0.5 * (tilt - sample.angle))
-    quiet = turning < QUIET_RATE * QUIET_RATE and _off_gravity(sample) < QUIET_SHARE
-    return quiet and abs(off) < 0.5 * QUIET_OFF
-
-
 def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Integrate one sample; at the end of a window compare and repair."""
-    if state.tilt_variance == UNKNOWN_TILT * UNKNOWN_TILT and _shows_gravity(sample):
+    if state.tilt_variance == UNKNOWN_TILT * UNKNOWN_TILT and shows_gravity(sample):
         bias = state.gyro_bias  # the sample before said nothing: a chip that woke up, a free fall
         return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
     gravity = weighed(state.gravity, sample, state.last.body)

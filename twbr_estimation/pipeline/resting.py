@@ -5,10 +5,9 @@ the angle turns, and what is left is a bias. `begin` and `continued` are pure fu
 tuples, as those of `unseen`.
 """
 
-import math
 from typing import NamedTuple
 
-from ..samples import STANDARD_GRAVITY, CorrectedSample, wrapped
+from ..samples import CorrectedSample, gravity_excess, wrapped
 
 REST_TIME, LONGEST = 1.0, 10.0
 """Time over which the accelerometer has to be steady, and after which the sums begin again [s]."""
@@ -53,12 +52,6 @@ def begin(sample: CorrectedSample) -> RestSums:
     return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def stretch(sample: CorrectedSample) -> float:
-    """Return by which share of gravity the specific force is longer, or shorter where below 0."""
-    x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    return math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
-
-
 def continued(before: RestSums, sample: CorrectedSample, turned: float, blind: bool) -> RestSums:
     """Take one sample.
 
@@ -68,7 +61,7 @@ def continued(before: RestSums, sample: CorrectedSample, turned: float, blind: b
         turned: what the gyro has turned since the one before [rad].
         blind: whether it hides something.
     """
-    if before.time > LONGEST or blind or abs(stretch(sample)) > STEADY_SHARE:
+    if before.time > LONGEST or blind or abs(gravity_excess(sample)) > STEADY_SHARE:
         return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
     dt, off = sample.dt, wrapped(sample.angle - before.angle)
     time, shift = before.time + dt, before.shift + off * dt
@@ -85,3 +78,8 @@ def shown_by(rest: RestSums) -> Shown:
     slope = 12.0 * (rest.moment - 0.5 * time * rest.shift) / (time * time * time)
     tilt = wrapped(rest.angle + mean + 0.5 * time * slope)
     return Shown(tilt, rest.turned / time - slope)
+
+
+def judged_wrong(rest: RestSums, wrong: float) -> RestSums:
+    """Return the same sums with another judgement of the filter, 1 or 0; see `RestSums`."""
+    return RestSums(rest.time, rest.angle, rest.shift, rest.moment, rest.turned, rest.found, wrong)

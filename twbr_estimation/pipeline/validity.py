@@ -12,9 +12,17 @@ them.
 import math
 from typing import NamedTuple
 
-from ..samples import LYING, CorrectedSample, TiltEstimate, wrapped
+from ..samples import (
+    LYING,
+    CorrectedSample,
+    TiltEstimate,
+    gravity_excess,
+    shows_gravity,
+    shows_rest,
+    wrapped,
+)
 from . import resting, unseen
-from .resting import RestSums, continued, shown_by, stretch
+from .resting import RestSums, continued, judged_wrong, shown_by
 from .unseen import (
     FREEZE,
     Stream,
@@ -40,8 +48,6 @@ CLEARED_STDDEV = 0.05
 """Doubt [rad] below which a tilt that was not trusted is trusted again."""
 CAUSE = 0.0125
 """Rotation unseen in one sample [rad] from which on it is a cause of doubt."""
-IMPLAUSIBLE = 0.4
-"""Share of gravity by which a first specific force may differ from it and still show a tilt."""
 CORRELATION = 0.2
 """Time over which the accelerometer's disturbances stay alike [s]."""
 SCATTER_MEMORY = 0.05
@@ -103,24 +109,30 @@ class Certainty(NamedTuple):
     """1 where it has let it count before, or anything may have happened since, else 0."""
 
 
-class Watch(NamedTuple):
-    """What the monitor remembers from one sample to the next."""
+class Judgement(NamedTuple):
+    """What is held of the filter."""
 
     doubt: float
-    """Variance of the filter's tilt by what went unseen [rad^2]."""
+    """Variance of its tilt by what went unseen [rad^2]."""
     trusted: float
     """1 where the estimate deserves trust, else 0."""
     astray: float
-    """1 where the filter has to start afresh from the reference, else 0."""
+    """1 where it has to start afresh from the reference, else 0."""
+    bias: float
+    """Its gyro bias when there was last no doubt, or what a rest has shown since [rad/s]."""
+    calm: float
+    """Time since the last cause of doubt [s]."""
+
+
+class Watch(NamedTuple):
+    """What the monitor remembers from one sample to the next."""
+
+    judgement: Judgement
     missed: float
     """Rotation that the filter has just missed and gets added [rad]; 0 almost always."""
     tilt: float
     """The filter's [rad]."""
     known: BeforeSaturation
-    bias: float
-    """Gyro bias of the filter when there was last no doubt [rad/s]."""
-    calm: float
-    """Time since the last cause of doubt [s]."""
     certainty: Certainty
     reference: Reference
     stream: Stream
@@ -146,30 +158,20 @@ def begin(
     """
     variance = FIRST_SCATTER * FIRST_SCATTER
     certainty = Certainty(-1.0, 1.0 if unknown else 0.0)
-    shown = self_judged or abs(stretch(sample)) < IMPLAUSIBLE
-    unsure = unknown or not (self_judged or _shows_rest(sample, estimate))
+    shown = self_judged or shows_gravity(sample)
+    rests = shows_rest(sample, estimate.tilt, estimate.gyro_bias)
+    doubt, trusted = _UNKNOWN if unknown else variance, not unknown and (self_judged or rests)
+    calm = 0.0 if unknown else AFTERMATH
     return Watch(
-        _UNKNOWN if unknown else variance,
-        0.0 if unsure else 1.0,
-        0.0,
+        Judgement(doubt, 1.0 if trusted else 0.0, 0.0, estimate.gyro_bias, calm),
         0.0,
         estimate.tilt,
         BeforeSaturation(0.0, 0.0, 0.0),
-        estimate.gyro_bias,
-        0.0 if unknown else AFTERMATH,
         _certainty(certainty, estimate, 0.0, valid_stddev),
         Reference(sample.angle, variance if shown else _UNKNOWN, variance),
         unseen.begin(sample),
         resting.begin(sample),
     )
-
-
-def _shows_rest(sample: CorrectedSample, estimate: TiltEstimate) -> bool:
-    """Return whether a body of that tilt that rests may have this reading, and few others."""
-    x, y, z = sample.gyro_x, sample.gyro_y, sample.gyro_z
-    longer, turning = stretch(sample), x * x + y * y + z * z
-    quiet = turning < REST_RATE * REST_RATE and longer * longer < REST_SCATTER
-    return quiet and abs(wrapped(estimate.tilt - sample.angle)) < REST_DISAGREEMENT
 
 
 def watch(
@@ -192,86 +194,75 @@ def watch(
     Returns:
         The judgement. Where it is `astray`, the filter starts afresh and `restarted` follows.
     """
-    stream = follow(before.stream, sample)
-    turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - before.bias)
+    stream, last = follow(before.stream, sample), before.judgement
+    turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - last.bias)
     hidden = unseen_rotation(before.stream, stream, sample)
     pull = abs(wrapped(estimate.tilt - before.tilt - turn))
     pulled = 0.0 if self_judged else misled(stream, sample, pull)
-    doubt = min(math.sqrt(before.doubt) + hidden + pulled, math.pi)
-    calm, scatter = before.calm + sample.dt, before.reference.scatter
+    doubt = min(math.sqrt(last.doubt) + hidden + pulled, math.pi)
+    calm, scatter = last.calm + sample.dt, before.reference.scatter
     if hidden > CAUSE or (pulled > 0.0 and doubt > CAUSE):
         calm, scatter = 0.0, max(scatter, FIRST_SCATTER * FIRST_SCATTER)
-    carried = _carried(before.reference, sample, turn, hidden, scatter)
+    reference = _carried(before.reference, sample, turn, hidden, scatter)
     full = stream.saturated + stream.shocked > 0.0
     pending = stream.passed.time > 0.0 and stream.passed.rotation == 0.0
     blind, rest = full or pending or stream.frozen > FREEZE, before.rest
     if not blind:
-        carried = _averaged(carried, sample, min(sample.dt, 2.0 * stream.period))
+        reference = _averaged(reference, sample, min(sample.dt, 2.0 * stream.period))
     if not self_judged:
-        turned = turn + before.bias * sample.dt
+        turned = turn + last.bias * sample.dt
         rest = continued(rest, sample, turned, blind or is_gap(before.stream, sample.dt))
     known = before.known
     if stream.saturated > 0.0 and before.stream.saturated == 0.0:
-        known = BeforeSaturation(math.sqrt(before.doubt), before.trusted, before.reference.variance)
-    now = Watch(
-        doubt * doubt,
-        before.trusted,
-        0.0,
-        0.0,
+        known = BeforeSaturation(math.sqrt(last.doubt), last.trusted, before.reference.variance)
+    judgement, missed = Judgement(doubt * doubt, last.trusted, 0.0, last.bias, calm), 0.0
+    if stream.passed.rotation != 0.0:
+        judgement, reference = _passed(judgement, reference, known, stream, self_judged)
+        missed = 0.0 if self_judged else stream.passed.rotation
+    if rest.found > 0.0 or rest.wrong > 0.0:
+        judgement, reference, rest = _rested(judgement, reference, rest, estimate)
+    wrong = rest.wrong > 0.0
+    return Watch(
+        _judged(judgement, reference, stream, wrong, estimate, valid_stddev, self_judged),
+        missed,
         estimate.tilt,
         known,
-        before.bias,
-        calm,
         _certainty(before.certainty, estimate, sample.dt, valid_stddev),
-        carried,
+        reference,
         stream,
         rest,
     )
-    if stream.passed.rotation != 0.0:
-        now = _passed(now, self_judged)
-    if rest.found > 0.0 or rest.wrong > 0.0:
-        now = _rested(now, estimate)
-    return _judged(now, estimate, valid_stddev, self_judged)
 
 
-def _passed(now: Watch, self_judged: bool) -> Watch:
+def _passed(
+    judgement: Judgement,
+    reference: Reference,
+    known: BeforeSaturation,
+    stream: Stream,
+    self_judged: bool,
+) -> tuple[Judgement, Reference]:
     """Replace the bound of a rotation beyond the gyro's range by what its end shows of it."""
-    rotation, known, reference = now.stream.passed.rotation, now.known, now.reference
-    uncertain = uncertainty(now.stream.passed)
+    uncertain, tilt = uncertainty(stream.passed), wrapped(reference.tilt + stream.passed.rotation)
+    if not self_judged and may_be_level(stream):
+        return judgement, Reference(tilt, reference.variance, reference.scatter)
     deviation = min(math.sqrt(known.variance) + uncertain, math.sqrt(reference.variance))
-    doubt, trusted = known.doubt + uncertain, known.trusted
-    if not self_judged and may_be_level(now.stream):
-        deviation, doubt, trusted = math.sqrt(reference.variance), math.sqrt(now.doubt), now.trusted
-    return Watch(  # in full: compiled code has no `_replace`
-        doubt * doubt,
-        trusted,
-        now.astray,
-        0.0 if self_judged else rotation,
-        now.tilt,
-        known,
-        now.bias,
-        now.calm,
-        now.certainty,
-        Reference(wrapped(reference.tilt + rotation), deviation * deviation, reference.scatter),
-        now.stream,
-        now.rest,
+    doubt = known.doubt + uncertain
+    return (
+        Judgement(doubt * doubt, known.trusted, judgement.astray, judgement.bias, judgement.calm),
+        Reference(tilt, deviation * deviation, reference.scatter),
     )
 
 
-def _rested(now: Watch, estimate: TiltEstimate) -> Watch:
+def _rested(
+    judgement: Judgement, reference: Reference, rest: RestSums, estimate: TiltEstimate
+) -> tuple[Judgement, Reference, RestSums]:
     """Compare filter and reference with what a rest has shown, whenever that was.
 
     A gyro bias leads a filter that does not know it astray, and the reference, too, for as long
     as it lasts: such a filter is wrong until a rest shows otherwise, or it has learnt the bias.
     """
-    rest, bias, doubt, trusted, reference = (
-        now.rest,
-        now.bias,
-        now.doubt,
-        now.trusted,
-        now.reference,
-    )
-    wrong, calm, astray = rest.wrong, now.calm, 0.0
+    doubt, trusted, astray, bias, calm = judgement
+    wrong = rest.wrong
     if rest.found > 0.0:
         shown = shown_by(rest)
         distance = abs(wrapped(estimate.tilt - shown.tilt))
@@ -286,20 +277,7 @@ def _rested(now: Watch, estimate: TiltEstimate) -> Watch:
             reference = Reference(shown.tilt, FLOOR * FLOOR, FLOOR * FLOOR)
     elif abs(estimate.gyro_bias - bias) < BIAS_CHANGE:
         wrong = 0.0
-    return Watch(
-        doubt,
-        trusted,
-        astray,
-        now.missed,
-        now.tilt,
-        now.known,
-        bias,
-        calm,
-        now.certainty,
-        reference,
-        now.stream,
-        RestSums(rest.time, rest.angle, rest.shift, rest.moment, rest.turned, rest.found, wrong),
-    )
+    return Judgement(doubt, trusted, astray, bias, calm), reference, judged_wrong(rest, wrong)
 
 
 def _carried(
@@ -317,7 +295,7 @@ def _averaged(reference: Reference, sample: CorrectedSample, dt: float) -> Refer
 
     `dt` [s] is the time that the reading stands for, which a gap before it does not lengthen.
     """
-    longer = stretch(sample)
+    longer = gravity_excess(sample)
     innovation, variance = wrapped(sample.angle - reference.tilt), reference.variance
     disturbance = max(innovation * innovation - variance, 0.0) + longer * longer
     scatter = reference.scatter
@@ -328,45 +306,40 @@ def _averaged(reference: Reference, sample: CorrectedSample, dt: float) -> Refer
     return Reference(tilt, (1.0 - gain) * variance, scatter)
 
 
-def _judged(now: Watch, estimate: TiltEstimate, valid_stddev: float, self_judged: bool) -> Watch:
-    """Compare the filter with the reference where that is known well enough."""
-    reference, doubt, astray, bias = now.reference, now.doubt, now.astray, now.bias
+def _judged(
+    judgement: Judgement,
+    reference: Reference,
+    stream: Stream,
+    wrong: bool,
+    estimate: TiltEstimate,
+    valid_stddev: float,
+    self_judged: bool,
+) -> Judgement:
+    """Compare the filter with the reference where that is known well enough.
+
+    `wrong` is whether the last rest has shown that the filter ignores a gyro bias.
+    """
+    doubt, before, astray, bias, calm = judgement
     distance = abs(wrapped(estimate.tilt - reference.tilt))
     deviation = math.sqrt(reference.variance)
-    rests = reference.scatter < REST_SCATTER and abs(now.stream.gyro[1]) < REST_RATE
+    rests = reference.scatter < REST_SCATTER and abs(stream.gyro[1]) < REST_RATE
     apart = distance > 3.0 * deviation + (REST_DISAGREEMENT if rests else DISAGREEMENT)
     shown = reference.variance + distance * distance
-    wrong = now.rest.wrong > 0.0
-    if now.calm > 0.0 and not (apart or wrong) and shown < doubt:
+    if calm > 0.0 and not (apart or wrong) and shown < doubt:
         doubt = shown
-    if self_judged and now.calm > SETTLED and not apart:
+    if self_judged and calm > SETTLED and not apart:
         doubt = 0.0
     known = deviation < (REST_KNOWN if self_judged else KNOWN) and (rests or not self_judged)
-    if apart and 0.0 < now.calm < AFTERMATH and known and not wrong:
+    if apart and 0.0 < calm < AFTERMATH and known and not wrong:
         doubt, astray = max(doubt, distance * distance), 1.0
-    trusted = _trusted(doubt, now.trusted, valid_stddev)
-    if wrong:
-        trusted, astray = 0.0, now.astray
-    elif trusted == 0.0 and rests and deviation < REST_KNOWN and not self_judged:
+    trusted = 0.0 if wrong else _trusted(doubt, before, valid_stddev)
+    if trusted == 0.0 and rests and deviation < REST_KNOWN and not (self_judged or wrong):
         astray = 1.0
-    if trusted > now.trusted and abs(estimate.gyro_bias - bias) > BIAS_CHANGE and not self_judged:
+    if trusted > before and abs(estimate.gyro_bias - bias) > BIAS_CHANGE and not self_judged:
         astray = 1.0
     elif trusted > 0.0 and doubt <= CLEARED_STDDEV * CLEARED_STDDEV:
         bias = estimate.gyro_bias
-    return Watch(
-        doubt,
-        trusted,
-        astray,
-        now.missed,
-        now.tilt,
-        now.known,
-        bias,
-        now.calm,
-        now.certainty,
-        now.reference,
-        now.stream,
-        now.rest,
-    )
+    return Judgement(doubt, trusted, astray, bias, calm)
 
 
 def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
@@ -402,21 +375,21 @@ def certain(now: Watch) -> bool:
 
 def in_doubt(now: Watch, variance: float) -> Watch:
     """Return what holds where a tilt has at least that variance [rad^2], as after a gap."""
-    least, reference, doubt = FIRST_SCATTER * FIRST_SCATTER, now.reference, max(now.doubt, variance)
+    least, reference = FIRST_SCATTER * FIRST_SCATTER, now.reference
+    doubt = max(now.judgement.doubt, variance)
     unsure, scatter = max(reference.variance, least), max(reference.scatter, least)
     return now._replace(
-        doubt=doubt,
-        trusted=0.0,
+        judgement=now.judgement._replace(doubt=doubt, trusted=0.0, calm=0.0),
         known=BeforeSaturation(math.sqrt(doubt), 0.0, unsure),
-        calm=0.0,
         reference=reference._replace(variance=unsure, scatter=scatter),
     )
 
 
 def restarted(now: Watch, valid_stddev: float = VALID_STDDEV) -> Watch:
     """Return what holds after the filter has started afresh from the reference."""
-    if now.rest.wrong > 0.0:  # it will go astray again, unless it takes the bias over
-        return now._replace(astray=0.0, tilt=now.reference.tilt)
-    doubt = now.reference.variance
-    trusted = _trusted(doubt, now.trusted, valid_stddev)
-    return now._replace(doubt=doubt, trusted=trusted, astray=0.0, tilt=now.reference.tilt)
+    judgement = now.judgement._replace(astray=0.0)
+    if now.rest.wrong == 0.0:  # else it will go astray again, unless it takes the bias over
+        doubt = now.reference.variance
+        trusted = _trusted(doubt, judgement.trusted, valid_stddev)
+        judgement = judgement._replace(doubt=doubt, trusted=trusted)
+    return now._replace(judgement=judgement, tilt=now.reference.tilt)

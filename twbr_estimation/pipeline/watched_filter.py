@@ -117,21 +117,21 @@ class WatchedFilter(TiltFilter):
         if self._in_code:
             return self._judged[4] > 0.0 and self._judged[8] >= 0.0
         now = self._watch
-        return now is not None and now.trusted > 0.0 and certain(now)
+        return now is not None and now.judgement.trusted > 0.0 and certain(now)
 
     @property
     def doubted(self) -> bool:
         """Whether the samples leave the latest estimate in doubt, whatever its own deviation."""
         if self._in_code:
             return self._judged[4] == 0.0
-        return self._watch is not None and self._watch.trusted == 0.0
+        return self._watch is not None and self._watch.judgement.trusted == 0.0
 
     @property
     def doubt(self) -> float:
         """Variance of the latest estimate by what the samples did not show [rad^2]."""
         if self._in_code:
             return self._judged[6]
-        return 0.0 if self._watch is None else self._watch.doubt
+        return 0.0 if self._watch is None else self._watch.judgement.doubt
 
     @property
     def lost(self) -> int:
@@ -167,9 +167,15 @@ class WatchedFilter(TiltFilter):
         if now.missed != 0.0:
             estimate = self._make_up(now, sample)
             now = now._replace(tilt=estimate.tilt)
-        if now.astray > 0.0 and now.rest.wrong > 0.0 and not self.entry.estimates_gyro_bias:
-            now = now._replace(astray=0.0)  # it would go astray by the same bias again
-        elif now.astray > 0.0:
+        if (
+            now.judgement.astray > 0.0
+            and now.rest.wrong > 0.0
+            and not self.entry.estimates_gyro_bias
+        ):
+            now = now._replace(
+                judgement=now.judgement._replace(astray=0.0)
+            )  # it would go astray by the same bias again
+        elif now.judgement.astray > 0.0:
             estimate = self._restart(now, sample)
             now = restarted(now, self.valid_stddev)
         self._watch = now
@@ -185,7 +191,8 @@ class WatchedFilter(TiltFilter):
         self._in_code = code.begin((self._coefficients, self._valid_stddev), (state, watched))
         if not self._in_code:
             self._code = None
-        judged = (watched.trusted, 0.0, watched.doubt, 0.0, watched.certainty.time)
+        judgement = watched.judgement
+        judged = (judgement.trusted, 0.0, judgement.doubt, 0.0, watched.certainty.time)
         self._judged = (*estimate_of(state), *judged)
         return self._in_code
 
@@ -211,7 +218,7 @@ class WatchedFilter(TiltFilter):
             self.state = state
             return estimate_of(state)
         before = estimate_of(self.state)
-        variance = before.tilt_variance + now.doubt
+        variance = before.tilt_variance + now.judgement.doubt
         return self.reset(
             before._replace(tilt=before.tilt + now.missed, tilt_variance=variance), sample
         )
@@ -219,9 +226,9 @@ class WatchedFilter(TiltFilter):
     def _restart(self, now: Watch, sample: CorrectedSample) -> TiltEstimate:
         """Go on from the reference, with the gyro bias from before the doubt."""
         self.restarts += 1
-        reference = now.reference
-        rate = sample.gyro_y - now.bias
-        return self.reset(TiltEstimate(reference.tilt, rate, now.bias, reference.variance), sample)
+        reference, bias = now.reference, now.judgement.bias
+        rate = sample.gyro_y - bias
+        return self.reset(TiltEstimate(reference.tilt, rate, bias, reference.variance), sample)
 
     def configure(self, values: Mapping[str, float]) -> None:
         """Use other parameters from the next sample on; the state stays.

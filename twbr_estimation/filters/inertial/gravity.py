@@ -4,10 +4,9 @@ A body that neither rises nor sinks for long is pushed up by gravity alone. Hori
 have no share in that mean.
 """
 
-import math
 from typing import NamedTuple
 
-from ...samples import STANDARD_GRAVITY, CorrectedSample, is_saturated
+from ...samples import STANDARD_GRAVITY, CorrectedSample, gravity_excess, is_saturated
 from .strapdown import Matrix
 
 FIRST_TIME, LONGEST_TIME = 5.0, 30.0
@@ -42,8 +41,7 @@ def weighed(gravity: FeltGravity, sample: CorrectedSample, body: Matrix) -> Felt
         body: attitude.
     """
     x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    off = math.sqrt(x * x + y * y + z * z) / STANDARD_GRAVITY - 1.0
-    if abs(off) > FAR_FROM_GRAVITY or is_saturated(sample):
+    if abs(gravity_excess(sample)) > FAR_FROM_GRAVITY or is_saturated(sample):
         return gravity
     up = body[6] * x + body[7] * y + body[8] * z
     time = min(gravity.time + sample.dt, LONGEST_TIME)
