@@ -84,8 +84,8 @@ def install(extras: str, ros_is_sourced: bool) -> None:
     site = ["--system-site-packages"] if ros_is_sourced else []
     subprocess.run([sys.executable, "-m", "venv", "--clear", *site, str(VENV)], check=True)
     pip = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--disable-pip-version-check"]
-    # The pip that came with Python 3.10 or 3.11 may try version after version of our needs' needs.
-    subprocess.run([*pip, "--quiet", "--upgrade", "pip"], check=True)
+    # An older pip, such as that of Python 3.10, may try versions of indirect requirements for ever.
+    subprocess.run([*pip, "--quiet", "--upgrade", "pip"], check=False)
     subprocess.run([*pip, "--editable", f".[{extras}]"], check=True, cwd=ROOT)
     link_data_files()
     print("Compiling the loops of the default filter", flush=True)

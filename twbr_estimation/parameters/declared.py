@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any, NamedTuple, TypeVar
 
 from ..errors import ConfigurationError
@@ -159,8 +160,7 @@ def alone(package: str, attribute: str, name: str) -> Any | None:
 
 def collected(package: str, attribute: str) -> dict[str, Any]:
     """Return `attribute` of every module of `package` that has it, by its own `name`, sorted."""
-    places = import_module(package).__path__
-    files = (path for place in places for path in Path(place).glob("[!_]*.py"))
-    modules = (import_module(f"{package}.{path.stem}") for path in files)
+    path = import_module(package).__path__
+    modules = (import_module(f"{package}.{entry.name}") for entry in iter_modules(path))
     found = (getattr(module, attribute) for module in modules if hasattr(module, attribute))
     return {entry.name: entry for entry in sorted(found, key=lambda entry: str(entry.name))}
