@@ -59,6 +59,8 @@ ARM = 0.1
 """Deviation of the arm from 0 that is expected [m]."""
 NOISE = 1e-3
 """Smallest noise of the force [m/s^2]."""
+STANDING = NOISE / (FITTING * RADII[1])
+"""Acceleration of the wheels [rad/s^2], rms, up to which no fit can be clear."""
 UPRIGHT, LARGEST_FORCE, LARGEST_TURN = 0.4, 1.0, 2.0
 """Up to where a sign is judged: the smallest upward and the largest forward force, as shares of
 gravity, and the range of the turn in the window [rad]."""
@@ -255,6 +257,9 @@ def _as_configured(rows: FloatArray, radius: float) -> float:
 
 def _judged(rows: FloatArray) -> tuple[bool, Finding | None]:
     """Return whether a window shows that all is right, and what it shows to be wrong."""
+    rolling = _DETRENDED @ rows[:, 9]
+    if not float(rolling @ rolling) > rolling.size * STANDING**2:
+        return False, None
     if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
         return False, _in_degrees(rows)
     fit = fitted(rows, 0, 1)

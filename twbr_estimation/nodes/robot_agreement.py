@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -33,13 +33,17 @@ OF_ONE_NODE = "mounting"
 
 _ROBOT_MARK, _CHIP_MARK = (f"{key}\0".encode() for key in (ROBOT, CHIP))  # as serialised
 
-Values = Mapping[str, Any]
+Values = dict[str, Any]
+
+
+def _values(robot: Robot) -> Values:
+    return {each.name: getattr(robot, each.name) for each in fields(robot)}
 
 
 def stated(robot: Robot) -> str:
     """Return the fields of a robot that differ from the defaults, as JSON."""
-    default = asdict(Robot())
-    return json.dumps({name: v for name, v in asdict(robot).items() if v != default[name]})
+    default = _values(Robot())
+    return json.dumps({name: v for name, v in _values(robot).items() if v != default[name]})
 
 
 def stated_ranges(gyro_range: float, accel_range: float) -> str:
@@ -82,12 +86,12 @@ class RobotAgreement:
             return
         full = node in self._others or len(self._others) < MOST_NODES
         if isinstance(found, dict) and full:
-            values = asdict(Robot()) | found if key == ROBOT else found
+            values = _values(Robot()) | found if key == ROBOT else found
             self._others[node] = now, values
 
     def problem(self, now: float) -> str:
         """Return which nodes have another robot, in one sentence; empty where all agree."""
-        own, found = asdict(self._robot()), []
+        own, found = _values(self._robot()), []
         self._others = {
             node: each for node, each in self._others.items() if now - each[0] < FORGOTTEN
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import signal
 import sys
 import threading
@@ -64,7 +65,7 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
             nodes[0].get_logger().warning(warning)
         for node in nodes:
             executor.add_node(node)
-        gc.freeze()  # what lives as long as the process need not be searched while it runs
+        _prepare_to_run()
         _spin(executor, nodes, stop)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
@@ -101,6 +102,12 @@ def _created(create: Callable[[], Node | Sequence[Node]]) -> Node | Sequence[Nod
         return create()
     except REFUSED as error:
         raise ConfigurationError(refusal(error)) from None
+
+
+def _prepare_to_run() -> None:
+    """Do what would otherwise make samples wait: 0.05 s and more at the first line of the log."""
+    inspect.stack()  # as the log does for each line; the first time it searches all modules
+    gc.freeze()  # what lives as long as the process need not be searched while it runs
 
 
 def _spin(executor: Executor, nodes: list[Node], stop: threading.Event) -> None:
