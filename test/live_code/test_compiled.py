@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,6 +23,7 @@ from twbr_estimation.live_code.providing import (
     compiled_correction,
     compiled_filter,
 )
+from twbr_estimation.live_code.running import CompiledStep
 from twbr_estimation.pipeline.watched_filter import WatchedFilter
 from twbr_estimation.robot import Calibration, Setup
 from twbr_estimation.samples import CorrectedSample
@@ -79,6 +81,26 @@ def test_everything_that_may_change_between_two_samples(folder: Path) -> None:
         assert (interpreted.trusted, interpreted.doubt) == (by_code.trusted, by_code.doubt)
     assert interpreted.lost == by_code.lost and interpreted.restarts == by_code.restarts
     assert interpreted.state == by_code.state
+
+
+def test_a_look_at_the_state_leaves_it_with_the_code(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    handed_over: list[int] = []
+    begin = CompiledStep.begin
+
+    def counted(step: CompiledStep, *records: Any) -> bool:
+        handed_over.append(index)
+        return begin(step, *records)
+
+    monkeypatch.setattr(CompiledStep, "begin", counted)
+    interpreted, by_code = _pair(folder)
+    for index, sample in enumerate(DRIVE[:500]):
+        assert interpreted.step(sample) == by_code.step(sample), index
+        if index % 7 == 0:
+            assert interpreted.state == by_code.state, index
+            assert interpreted.lost == by_code.lost, index
+    assert handed_over == [1]
 
 
 def test_a_filter_gone_astray_is_put_right_in_both(folder: Path) -> None:

@@ -40,6 +40,8 @@ class WatchedFilter(TiltFilter):
     _code: StepCode | None = None
     _in_code = False
     """Whether state and judgement lie with the machine code."""
+    _seen: tuple[Any, Watch] | None = None
+    """What was read of them since the latest sample."""
     _judged: tuple[float, ...] = ()
     """Its latest results: estimate, trusted, astray, doubt, missed, certain for."""
 
@@ -77,14 +79,21 @@ class WatchedFilter(TiltFilter):
     def _leave(self) -> None:
         """Take state and judgement back from the machine code."""
         if self._in_code and self._code is not None:
+            self._interpreted_state, self._interpreted_watch = self._looked_at()
             self._in_code = False
-            self._interpreted_state, self._interpreted_watch = self._code.state()
+
+    def _looked_at(self) -> tuple[Any | None, Watch | None]:
+        """Return state and judgement; where they lie with the machine code, they stay there."""
+        if not self._in_code or self._code is None:
+            return self._interpreted_state, self._interpreted_watch
+        if self._seen is None:
+            self._seen = self._code.state()
+        return self._seen
 
     @property
     def state(self) -> Any | None:
         """State of the filter; None before the first sample."""
-        self._leave()
-        return self._interpreted_state
+        return self._looked_at()[0]
 
     @state.setter
     def state(self, state: Any | None) -> None:
@@ -93,8 +102,7 @@ class WatchedFilter(TiltFilter):
 
     @property
     def _watch(self) -> Watch | None:
-        self._leave()
-        return self._interpreted_watch
+        return self._looked_at()[1]
 
     @_watch.setter
     def _watch(self, now: Watch | None) -> None:
@@ -188,6 +196,7 @@ class WatchedFilter(TiltFilter):
         state, watched = self._interpreted_state, self._interpreted_watch
         if state is None or watched is None:
             return False
+        self._seen = None
         self._in_code = code.begin((self._coefficients, self._valid_stddev), (state, watched))
         if not self._in_code:
             self._code = None
@@ -201,6 +210,7 @@ class WatchedFilter(TiltFilter):
         if abs(tilt) > OVERTURNED:
             sample = sample._replace(angle=nearest(sample.angle, tilt))
         self._judged = judged = code.step(sample)
+        self._seen = None
         estimate = TiltEstimate(*judged[:4])
         if (judged[5] > 0.0 or judged[7] != 0.0) and (now := self._watch) is not None:
             return self._put_right(now, sample, estimate)
