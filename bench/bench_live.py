@@ -30,6 +30,7 @@ from rows import row
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 
+from twbr_estimation import simulate
 from twbr_estimation.live_code.files import CORRECTION
 from twbr_estimation.live_code.loading import loaded
 from twbr_estimation.nodes.spin import make_executor
@@ -54,6 +55,8 @@ ALONE, BESIDE = "correction + filter", "  all filters beside it"
 REQUIRED = {500.0: "1 / 1.1 / 1", 1000.0: "1 / 1.2 / 1"}
 """Of correction and filter in one process: p50, p99 and CPU over those of the bare relay."""
 WARM_UP = 0.3
+DRIVEN, PERIOD = 20.0, 1_000_000
+"""Length [s] of the simulated drive whose sensors are published in turn, and its period [ns]."""
 PREPARED = (CORRECTION, "ins_odometer")
 
 
@@ -132,7 +135,10 @@ class Probe:
         self._imu_encoder = ImuEncoder("imu_link")
         self._joint_encoder = JointStateEncoder(["left_wheel_joint", "right_wheel_joint"])
         self._values = [0.0] * 37
-        self._values[4], self._values[27] = -1.0, 9.81
+        self._values[4] = -1.0
+        drive = simulate("W2", seed=1, dt=1e-9 * PERIOD, duration=DRIVEN).recording
+        assert drive.wheels is not None
+        self._sensors = np.hstack([drive.imu.gyro, drive.imu.accel, drive.wheels.angle]).tolist()
 
     def spin_until(self, condition: Callable[[], bool], limit: float = 30.0) -> None:
         """Spin until the condition holds, or the time is up."""
@@ -155,8 +161,9 @@ class Probe:
 
     def publish(self, stamp: int) -> int:
         """Publish wheels and IMU of one instant; return when the IMU's message left [ns]."""
-        self._values[14] = 0.1 * np.sin(stamp * 1e-9)
-        self.joints.publish(self._joint_encoder.encode(stamp, [0.0, 0.0], [0.0, 0.0]))
+        sensors = self._sensors[stamp // PERIOD % len(self._sensors)]
+        self._values[13:16], self._values[25:28], wheel = sensors[:3], sensors[3:6], sensors[6]
+        self.joints.publish(self._joint_encoder.encode(stamp, [wheel, wheel], [0.0, 0.0]))
         message = self._imu_encoder.encode(stamp, self._values)
         sent = time.perf_counter_ns()
         self.imu.publish(message)
