@@ -10,10 +10,16 @@ import numpy as np
 import pytest
 
 import twbr_estimation as twbr
+from twbr_estimation.batch import correct
+from twbr_estimation.checks.finding import Finding
 from twbr_estimation.checks.quick import QuickChecks, contradicted
 from twbr_estimation.checks.rolling import RollingCheck
+from twbr_estimation.pipeline.correction import Corrector
+from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, ImuTrack
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, Sample
+from twbr_estimation.simulation.hard_days import DAYS
+from twbr_estimation.simulation.simulated_robot import SimulatedRobot
 from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
 from twbr_estimation.streams.filtering import FilterStream
 
@@ -51,8 +57,23 @@ def in_g(columns: FloatArray) -> None:
     columns[FORCE_X : FORCE_X + 3] /= STANDARD_GRAVITY
 
 
-def in_degrees(columns: FloatArray) -> None:
-    columns[[GYRO_X, GYRO_Y, GYRO_Z]] *= np.degrees(1.0)
+def scaled(factor: float) -> Change:
+    def change(columns: FloatArray) -> None:
+        columns[[GYRO_X, GYRO_Y, GYRO_Z]] *= factor
+
+    return change
+
+
+def only_noise(columns: FloatArray) -> None:
+    columns[GYRO_Y] = 0.002 * np.random.default_rng(4).standard_normal(columns.shape[1])
+
+
+def findings(columns: FloatArray) -> tuple[Finding, ...]:
+    """Return what is wrong after the last sample."""
+    checks = QuickChecks()
+    for values in columns.T.tolist():
+        checks.add(CorrectedSample._make(values))
+    return checks.untrusted
 
 
 @pytest.mark.parametrize(
@@ -63,7 +84,12 @@ def in_degrees(columns: FloatArray) -> None:
         (swapped, "axes"),
         (forces_swapped, "axes"),
         (in_g, "unit"),
-        (in_degrees, "unit"),
+        (scaled(math.degrees(1.0)), "unit"),
+        (scaled(0.25), "unit"),
+        (scaled(0.5), "unit"),
+        (scaled(2.0), "unit"),
+        (scaled(4.0), "unit"),
+        (only_noise, "dead axis"),
     ],
 )
 def test_a_wrong_sensor_is_found_while_the_robot_rolls_and_stays_found(
@@ -76,10 +102,54 @@ def test_a_wrong_sensor_is_found_while_the_robot_rolls_and_stays_found(
     first = int(np.argmax(found))
     assert found[first:].all(), "forgotten"
     assert np.cumsum(wrong[0])[first] < 12.0
-    checks = QuickChecks()
-    for values in wrong[:, : first + 1].T.tolist():
-        checks.add(CorrectedSample(*values))
-    assert [each.check for each in checks.untrusted] == [check]
+    assert [each.check for each in findings(wrong[:, : first + 1])] == [check]
+
+
+@pytest.mark.parametrize(
+    ("factor", "name"),
+    [
+        (0.25, "a quarter of the full scale"),
+        (0.5, "half the full scale"),
+        (2.0, "twice the full scale"),
+        (4.0, "a full scale four times as large"),
+    ],
+)
+def test_another_full_scale_is_named_with_the_parameter(
+    samples: FloatArray, factor: float, name: str
+) -> None:
+    wrong = samples.copy()
+    scaled(factor)(wrong)
+    (found,) = findings(wrong)
+    assert name in found.text and found.parameter == "calibration.gyro_scale"
+    assert found.ratio == pytest.approx(factor, rel=0.1)
+
+
+def test_another_scale_that_looks_right_for_a_second_stays_found() -> None:
+    columns = twbr.simulate(
+        "W1", seed=98001, dt=0.005, duration=20.0
+    ).corrected_samples.columns.copy()
+    scaled(2.0)(columns)
+    found = contradicted(columns)
+    assert found[int(np.argmax(found)) :].all()
+
+
+def test_an_accelerometer_of_another_scale_is_not_taken_for_the_gyros(samples: FloatArray) -> None:
+    wrong = samples.copy()
+    wrong[FORCE_X : FORCE_X + 3] *= 0.5
+    assert not contradicted(wrong).any()
+
+
+def test_a_gyro_that_dies_while_the_robot_drives_is_found_until_it_turns_again(
+    samples: FloatArray,
+) -> None:
+    drive, count = np.hstack([samples, samples, samples]), samples.shape[1]
+    only_noise(drive[:, count : 2 * count])
+    found, time = contradicted(drive), np.cumsum(drive[0])
+    assert not found[:count].any(), "doubted while it was right"
+    first = int(np.argmax(found))
+    assert 0.0 < time[first] - time[count] < 10.0
+    assert found[first : 2 * count].all(), "forgotten"
+    assert not found[-1]
 
 
 def test_a_gyro_in_degrees_is_found_where_the_robot_leans_little() -> None:
@@ -127,6 +197,57 @@ def test_whatever_the_wheels_show_right_sensors_are_not_doubted(
     shown = samples.copy()
     change(shown)
     assert not contradicted(shown).any()
+
+
+@pytest.mark.parametrize("seed", [11, 13, 14])
+def test_a_robot_that_a_simulator_sets_upright_has_no_dead_gyro(seed: int) -> None:
+    """It falls without its motors, is upright from one sample to the next, and rolls."""
+    period, voltage, before = 0.005, 0.0, 0.0
+    robot = SimulatedRobot("W2", seed, period, stay_down=True)
+    corrector, checks = Corrector(robot.setup), QuickChecks()
+    for index in range(6000):
+        phase = index % 1500
+        for reading in robot.advance((voltage, voltage), period):
+            (wheel,) = reading.wheels
+            sample = Sample(robot.time - before, *reading.imu, wheel, 0.0, 1.0, 0.0, 0.0, 0.0)
+            before = robot.time
+            checks.add(corrector.step(sample))
+        assert not checks.untrusted, robot.time
+        if phase == 500:
+            assert robot.held, "it has not fallen"
+            robot.place()
+        true = robot.truth
+        speed = 0.3 * math.sin(0.02 * phase)
+        pull = 60.0 * true.tilt + 6.0 * true.rate + 8.0 * (true.velocity - speed)
+        voltage = pull if phase > 500 else 0.0
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.3])
+@pytest.mark.parametrize("seconds", [0.02, 0.1])
+def test_late_wheels_of_a_robot_that_hardly_leans_do_not_make_its_gyro_dead(
+    seconds: float, lean: float
+) -> None:
+    """It rolls on a castor: what late wheels leave of its acceleration is no leaning."""
+    time = np.arange(0.0, 15.0, 0.005)
+    force = 2.0 * np.sin(2.0 * math.pi * 0.7 * time) + 1.5 * np.sin(2.0 * math.pi * 1.2 * time)
+    turn = math.radians(lean) * np.sin(2.0 * math.pi * 0.8 * time)
+    columns = np.zeros((len(FIELDS), time.size))
+    columns[0], columns[FORCE_X + 2], columns[WHEELS + 2] = 0.005, STANDARD_GRAVITY, 1.0
+    columns[FORCE_X] = force - STANDARD_GRAVITY * turn
+    noise = 0.002 * np.random.default_rng(5).standard_normal(time.size)
+    columns[GYRO_Y] = np.gradient(turn, 0.005) + noise
+    columns[WHEELS] = np.cumsum(np.cumsum(force / 0.04)) * 0.005**2
+    late(seconds)(columns)
+    assert not contradicted(columns).any()
+
+
+@pytest.mark.parametrize(
+    "day", ["spins, sensor 20 mm aside", "carried, wheels run", "encoder 20 to 60 ms late"]
+)
+def test_whatever_happens_to_the_robot_right_sensors_are_not_doubted(day: str) -> None:
+    made = DAYS[day](97001, 0.01)
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    assert not contradicted(track.columns).any()
 
 
 def test_the_right_sign_ends_what_was_found(samples: FloatArray) -> None:

@@ -6,13 +6,16 @@ forward force
 
     force = ratio (-g turn) + arm turning + radius rolling + drift
 
-decides the ratio of the turn that the gyro shows to the leaning: 1 where all is right, -1 where
-one of both has the wrong sign. `turn` is the gyro's angle, `turning` and `rolling` are the second
-derivatives of that angle and of the wheels', and `drift` is a straight line. All are seen through
-the same kernel, three blocks wide.
+decides the ratio of the leaning to the turn that the gyro shows: 1 where all is right, -1 where
+one of both has the wrong sign, 0.5 where the gyro reads twice the rate. `turn` is the gyro's angle,
+`turning` and `rolling` are the second derivatives of that angle and of the wheels', and `drift` is
+a straight line. All are seen through the same kernel, three blocks wide.
 
-What has once been right is not looked at any more: no sign changes by itself, and in a hard push
-turn and acceleration are too alike to be told apart.
+A gyro that is dead shows no ratio. It is found by the force that the wheels alone do not explain,
+even where they are late: that is a leaning, and the gyro shows next to nothing of it.
+
+What has once been right is looked at for a gyro that dies only: no sign and no scale changes by
+itself, and in a hard push or a spin turn and acceleration are too alike to be told apart.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ import numpy as np
 
 from ..samples import STANDARD_GRAVITY, CorrectedSample
 from .finding import Finding, Severity
+from .units import of_gyro
 
 if TYPE_CHECKING:  # a node that filters starts without recordings
     from ..recording import FloatArray
@@ -34,7 +38,9 @@ WINDOW = 30
 CONFIRMED = 10
 """Looks in a row that must find the same."""
 CONFIRMED_AXES = 20
-"""The same where other axes fit: there are more of them, and of ways to fit by chance."""
+"""The same where other axes or scales fit: there are more of them, and of ways to fit by chance."""
+RESTORED = 30
+"""The same that end what was found, a window of their own: a scale can look right for a while."""
 CERTAIN = 8.0
 """A ratio counts from this many standard errors on."""
 ROLLING = 5.0
@@ -43,10 +49,23 @@ RADII = (0.005, 0.5)
 """Believable radii of wheels [m]; beyond them the wheels show another motion."""
 FITTING = 0.6
 """What is left must be below this share of what the gyro and of what the wheels explain."""
-SIGNS = (0.5, 2.0)
-"""Sizes of a ratio that is right but for its sign."""
-UNITS = (0.1, 10.0)
-"""Sizes of a ratio below and above which the gyro has another unit."""
+RIGHT = (0.75, 1.35)
+"""Ratios that are right."""
+SCALES = (0.6, 1.75)
+"""Sizes of a ratio below and above which the gyro has another scale or unit; between them a
+negative one is a wrong sign. Sound drives have single looks beyond."""
+TOO_FAR = (4.0, 8.0, math.degrees(1.0))
+"""Scales with which the turn of an upright robot looks too large for it."""
+FITTING_SCALE, ROLLING_SCALE = 0.3, 10.0
+"""As `FITTING` and `ROLLING`, for another scale: wheels that are late or slip disturb the ratio."""
+SCALE_TOLERANCE = 0.25
+"""Relative difference up to which another scale is named: full scales differ by factors of 2."""
+REMEMBERED = 100
+"""Latest looks with another scale whose median it is."""
+DEAD = 0.15
+"""Share of the leaning below which a gyro is dead; a sound one shows less in single looks only."""
+UNEXPLAINED = 0.3
+"""Force that the wheels must leave, and explain, for a gyro to be dead, rms [m/s^2]."""
 OTHER_AXIS = 3.0
 """Other axes must leave this many times less than the right ones."""
 WHOLE = (0.7, 1.4)
@@ -65,10 +84,10 @@ UPRIGHT, LARGEST_FORCE, LARGEST_TURN = 0.4, 1.0, 2.0
 """Up to where a sign is judged: the smallest upward and the largest forward force, as shares of
 gravity, and the range of the turn in the window [rad]."""
 CALM = (0.6, 0.6, 0.6)
-"""The same for units, and for axes without stronger evidence."""
+"""The same for axes without stronger evidence."""
 AXES = ((0, 0), (0, 2), (1, 1), (1, 0))
 """Other axes of force and turn than x and y that may have been taken for these."""
-AXES_SWAPPED = "IMU axes"
+AXES_SWAPPED, OTHER_SCALE = "IMU axes", "gyro unit"
 
 
 class _Means(NamedTuple):
@@ -93,6 +112,8 @@ class Fit(NamedTuple):
     """Whether ratio and radius are known well and explain most of the force."""
     share: float
     """What is left, as a share of what the gyro and of what the wheels explain."""
+    certainty: float
+    """The radius, in its standard errors."""
 
 
 class RollingCheck:
@@ -103,10 +124,11 @@ class RollingCheck:
         self.wrong: Finding | None = None
         """What the latest looks have found to be wrong."""
         self.right = False
-        """Whether looks have ever found that all is right; then nothing is doubted any more."""
+        """Whether looks have found that all is right; then only a gyro that dies is looked for."""
         self._blocks: deque[_Means] = deque(maxlen=3)
         self._rows: deque[tuple[float, ...]] = deque(maxlen=WINDOW)
-        self._seen, self._kind = 0, ""
+        self._seen, self._kind, self._doubted = 0, "", False
+        self._scales: deque[float] = deque(maxlen=REMEMBERED)
         self._time = self._turn_x = self._turn_z = 0.0
         self._begin()
 
@@ -142,7 +164,7 @@ class RollingCheck:
             if len(self._blocks) == 3:
                 self._rows.append(_row(*self._blocks))
         self._begin()
-        if len(self._rows) == WINDOW and not self.right:
+        if len(self._rows) == WINDOW:
             self._look(np.array(self._rows))
 
     def _means(self) -> _Means:
@@ -156,14 +178,23 @@ class RollingCheck:
 
     def _look(self, rows: FloatArray) -> None:
         """Judge the window; believe what is found several times in a row."""
-        right, found = _judged(rows)
+        right, found = (False, _died(rows)) if self.right else _judged(rows)
         if not right and found is None:
             self._seen = 0
             return
         self._seen = self._seen + 1 if _kind(found) == self._kind else 1
         self._kind = _kind(found)
-        if self._seen >= (CONFIRMED_AXES if self._kind == AXES_SWAPPED else CONFIRMED):
-            self.wrong, self.right = found, right
+        if found is not None and found.ratio is not None and self._kind == OTHER_SCALE:
+            self._scales.append(found.ratio)
+            found = _of_scale(float(np.median(self._scales)))
+        if self._seen >= self._needed():
+            self.wrong, self.right, self._doubted = found, right, not right
+
+    def _needed(self) -> int:
+        """Return how many looks in a row must find the same."""
+        if self._kind in (AXES_SWAPPED, OTHER_SCALE):
+            return CONFIRMED_AXES
+        return RESTORED if self._doubted and not self._kind else CONFIRMED
 
 
 def _kind(found: Finding | None) -> str:
@@ -238,21 +269,25 @@ def fitted(rows: FloatArray, force_axis: int, turn_axis: int) -> Fit:
     errors = np.sqrt(variance * np.diag(inverse))
     ratio, radius = float(values[0]), float(values[2])
     parts = np.abs(values) * np.sqrt(np.diag(moments) / count)
+    certainty = abs(radius) / float(errors[2])
     share = math.sqrt(variance) / max(min(parts[0], parts[2]), NOISE)
     clear = (
         abs(ratio) > CERTAIN * errors[0]
-        and abs(radius) > ROLLING * errors[2]
+        and certainty > ROLLING
         and RADII[0] < abs(radius) < RADII[1]
         and share < FITTING
     )
-    return Fit(ratio, radius, math.sqrt(variance), bool(clear), share)
+    return Fit(ratio, radius, math.sqrt(variance), bool(clear), share, certainty)
 
 
 def _as_configured(rows: FloatArray, radius: float) -> float:
     """Return what the right axes leave with wheels of this radius, rms [m/s^2]."""
     signals = _DETRENDED @ rows[:, (0, 4, 9)]
-    left = signals @ np.array([1.0, STANDARD_GRAVITY, -radius])
-    return math.sqrt(float(left @ left) / rows.shape[0])
+    return _rms(signals @ np.array([1.0, STANDARD_GRAVITY, -radius]))
+
+
+def _rms(values: FloatArray) -> float:
+    return math.sqrt(float(values @ values) / values.size)
 
 
 def _judged(rows: FloatArray) -> tuple[bool, Finding | None]:
@@ -261,47 +296,69 @@ def _judged(rows: FloatArray) -> tuple[bool, Finding | None]:
     if not float(rolling @ rolling) > rolling.size * STANDING**2:
         return False, None
     if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
-        return False, _in_degrees(rows)
+        return False, _too_far(rows)
     fit = fitted(rows, 0, 1)
-    if fit.clear and SIGNS[0] < fit.ratio < SIGNS[1]:
+    if fit.clear and RIGHT[0] < fit.ratio < RIGHT[1]:
         return True, None
-    return False, _contradiction(rows, fit)
+    calm = _within(rows, *CALM)
+    found = _sign(fit) or _scale(rows, fit)
+    if found is None and not calm:
+        found = _too_far(rows)
+    return False, found or _axes(rows, calm) or _dead(rows)
 
 
-def _in_degrees(rows: FloatArray) -> Finding | None:
-    """Return that the gyro reports deg/s where its turn fits as degrees: upright, it is small."""
-    scaled = rows.copy()
-    scaled[:, 3:9] *= math.radians(1.0)
-    if not _within(scaled, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+def _died(rows: FloatArray) -> Finding | None:
+    """Return that the gyro of a robot that was right is dead."""
+    return _dead(rows) if _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN) else None
+
+
+def _sign(fit: Fit) -> Finding | None:
+    """Return that the gyro turns as far as the accelerometer leans, but the other way."""
+    if not fit.clear or not SCALES[0] < -fit.ratio < SCALES[1]:
         return None
-    fit = fitted(scaled, 0, 1)
-    if not fit.clear or not WHOLE[0] < abs(fit.ratio) < WHOLE[1] or fit.share > FITTING_AXES:
+    subject = "gyro" if fit.radius > 0.0 else "accelerometer"
+    text = (
+        f"while the robot rolls, the gyro's y axis turns {1.0 / fit.ratio:.3g} times as far as "
+        "the accelerometer's x axis leans: one of both has the wrong sign; check robot.mounting"
+    )
+    return Finding(Severity.FAIL, subject, "sign", text, 1.0 / fit.ratio, "robot.mounting")
+
+
+def _scale(rows: FloatArray, fit: Fit) -> Finding | None:
+    """Return that the gyro has another scale or unit, gravity being that of the accelerometer."""
+    gravity = float(np.linalg.norm(rows[:, :3], axis=1).mean())
+    ratio = fit.ratio * STANDARD_GRAVITY / gravity
+    known = fit.clear and fit.share < FITTING_SCALE and fit.certainty > ROLLING_SCALE
+    if not known or SCALES[0] < abs(ratio) < SCALES[1]:
         return None
-    return _of_unit(math.degrees(1.0) / fit.ratio)
+    return _of_scale(1.0 / ratio)
 
 
-def _of_unit(turns: float) -> Finding:
+def _too_far(rows: FloatArray) -> Finding | None:
+    """Return that the gyro's turn, too large for an upright robot, fits by another scale."""
+    for factor in TOO_FAR:
+        slower = rows.copy()
+        slower[:, 3:9] /= factor
+        if not _within(slower, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+            continue
+        fit = fitted(slower, 0, 1)
+        if fit.clear and WHOLE[0] < abs(fit.ratio) < WHOLE[1] and fit.share < FITTING_AXES:
+            return _of_scale(factor / fit.ratio)
+    return None
+
+
+def _of_scale(turns: float) -> Finding:
+    name = of_gyro(turns, SCALE_TOLERANCE)
     text = (
         f"while the robot rolls, its y axis turns {turns:.3g} times as far as the accelerometer's "
-        "x axis leans: give rad/s and m/s^2"
+        f"x axis leans{f': it looks like {name}' if name else ''}; give rad/s, and check the full "
+        "scale that the driver assumes and calibration.gyro_scale"
     )
-    return Finding(Severity.FAIL, "gyro", "unit", text, turns)
+    return Finding(Severity.FAIL, "gyro", "unit", text, turns, "calibration.gyro_scale")
 
 
-def _contradiction(rows: FloatArray, fit: Fit) -> Finding | None:
-    """Return what is wrong where the force does not show the gyro's turn as it should."""
-    if fit.clear and -SIGNS[1] < fit.ratio < -SIGNS[0]:
-        subject = "gyro" if fit.radius > 0.0 else "accelerometer"
-        text = (
-            f"while the robot rolls, the gyro's y axis turns {1.0 / fit.ratio:.3g} times as far as "
-            "the accelerometer's x axis leans: one of both has the wrong sign; check robot.mounting"
-        )
-        return Finding(Severity.FAIL, subject, "sign", text, 1.0 / fit.ratio, "robot.mounting")
-    calm = _within(rows, *CALM)
-    if calm and fit.clear and not UNITS[0] < abs(fit.ratio) < UNITS[1]:
-        return _of_unit(1.0 / fit.ratio)
-    if not calm and (found := _in_degrees(rows)) is not None:
-        return found
+def _axes(rows: FloatArray, calm: bool) -> Finding | None:
+    """Return that other axes than the configured ones show the leaning."""
     better, fitting = (OTHER_AXIS, FITTING_AXES) if calm else (WILD_OTHER_AXIS, WILD_FITTING_AXES)
     for force, turn in AXES:
         other = fitted(rows, force, turn)
@@ -316,3 +373,34 @@ def _contradiction(rows: FloatArray, fit: Fit) -> Finding | None:
             )
             return Finding(Severity.FAIL, "IMU", "axes", text, None, "robot.mounting")
     return None
+
+
+def _dead(rows: FloatArray) -> Finding | None:
+    """Return that the gyro shows nothing of the leaning that the wheels leave in the force."""
+    force, turn, rolled = (_DETRENDED @ rows[:, (0, 4, 9)]).T
+    shown = STANDARD_GRAVITY * _rms(turn)
+    if _rms(force) < max(UNEXPLAINED, shown / DEAD):
+        return None  # with less to explain than that, the rest need not be known
+    change = _DETRENDED @ np.gradient(rows[:, 9])  # of wheels that are late
+    known = np.column_stack([rolled, change, _set_down(rows[:, 0])])
+    factors, *_ = np.linalg.lstsq(known, force, rcond=None)
+    left = _rms(force - known @ factors)
+    if min(left, _rms(factors[0] * rolled)) < UNEXPLAINED or shown > DEAD * left:
+        return None
+    text = (
+        f"while the robot rolls, its y axis turns {shown / left:.2g} times as far as the "
+        "accelerometer's x axis leans: it is dead or stuck; check the sensor, and robot.mounting "
+        "where another axis turns"
+    )
+    return Finding(Severity.FAIL, "gyro", "dead axis", text, shown / left, "robot.mounting")
+
+
+def _set_down(force: FloatArray) -> FloatArray:
+    """Return what a robot adds that is at another tilt from one sample to the next.
+
+    A simulator may put it there without a turn. The kernel spreads that over three rows.
+    """
+    at = int(np.abs(np.diff(force)).argmax()) + 1
+    after = np.arange(force.size)[:, None] >= np.clip(at + np.arange(-1, 2), 1, force.size - 1)
+    steps: FloatArray = _DETRENDED @ after
+    return steps

@@ -30,9 +30,9 @@ _LENGTHS = {
 _DEGREES = math.degrees(1.0)
 
 
-def named(ratio: float, names: Mapping[str, float]) -> str:
+def named(ratio: float, names: Mapping[str, float], tolerance: float = TOLERANCE) -> str:
     """Return the name whose ratio is nearest to `ratio`; empty where none is near."""
-    best, distance = "", math.log1p(TOLERANCE)
+    best, distance = "", math.log1p(tolerance)
     for name, value in names.items():
         if ratio == 0.0 or ratio * value <= 0.0:
             continue
@@ -61,11 +61,11 @@ def of_wheels(reading: float, robot: Robot) -> str:
     return name
 
 
-def of_gyro(reading: float) -> str:
-    """Return the unit of rates that read `reading` times the true one."""
+def of_gyro(reading: float, tolerance: float = TOLERANCE) -> str:
+    """Return the unit of rates that read about `reading` times the true one."""
     counts = {_counts(size, "deg/s"): _DEGREES * size for size in GYRO_COUNTS}
     units = {"deg/s": _DEGREES, "turns/s": 0.5 / math.pi, "mrad/s": 1e3}
-    return named(abs(reading), {**units, **_FULL_SCALES, **counts})
+    return named(abs(reading), {**units, **_FULL_SCALES, **counts}, tolerance)
 
 
 def of_accelerometer(reading: float) -> str:
