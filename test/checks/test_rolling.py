@@ -64,10 +64,6 @@ def scaled(factor: float) -> Change:
     return change
 
 
-def only_noise(columns: FloatArray) -> None:
-    columns[GYRO_Y] = 0.002 * np.random.default_rng(4).standard_normal(columns.shape[1])
-
-
 def findings(columns: FloatArray) -> tuple[Finding, ...]:
     """Return what is wrong after the last sample."""
     checks = QuickChecks()
@@ -89,7 +85,6 @@ def findings(columns: FloatArray) -> tuple[Finding, ...]:
         (scaled(0.5), "unit"),
         (scaled(2.0), "unit"),
         (scaled(4.0), "unit"),
-        (only_noise, "dead axis"),
     ],
 )
 def test_a_wrong_sensor_is_found_while_the_robot_rolls_and_stays_found(
@@ -137,19 +132,6 @@ def test_an_accelerometer_of_another_scale_is_not_taken_for_the_gyros(samples: F
     wrong = samples.copy()
     wrong[FORCE_X : FORCE_X + 3] *= 0.5
     assert not contradicted(wrong).any()
-
-
-def test_a_gyro_that_dies_while_the_robot_drives_is_found_until_it_turns_again(
-    samples: FloatArray,
-) -> None:
-    drive, count = np.hstack([samples, samples, samples]), samples.shape[1]
-    only_noise(drive[:, count : 2 * count])
-    found, time = contradicted(drive), np.cumsum(drive[0])
-    assert not found[:count].any(), "doubted while it was right"
-    first = int(np.argmax(found))
-    assert 0.0 < time[first] - time[count] < 10.0
-    assert found[first : 2 * count].all(), "forgotten"
-    assert not found[-1]
 
 
 def test_a_gyro_in_degrees_is_found_where_the_robot_leans_little() -> None:
@@ -200,7 +182,7 @@ def test_whatever_the_wheels_show_right_sensors_are_not_doubted(
 
 
 @pytest.mark.parametrize("seed", [11, 13, 14])
-def test_a_robot_that_a_simulator_sets_upright_has_no_dead_gyro(seed: int) -> None:
+def test_a_robot_that_a_simulator_sets_upright_is_not_called_wrong(seed: int) -> None:
     """It falls without its motors, is upright from one sample to the next, and rolls."""
     period, voltage, before = 0.005, 0.0, 0.0
     robot = SimulatedRobot("W2", seed, period, stay_down=True)
@@ -224,7 +206,7 @@ def test_a_robot_that_a_simulator_sets_upright_has_no_dead_gyro(seed: int) -> No
 
 @pytest.mark.parametrize("lean", [0.0, 0.3])
 @pytest.mark.parametrize("seconds", [0.02, 0.1])
-def test_late_wheels_of_a_robot_that_hardly_leans_do_not_make_its_gyro_dead(
+def test_late_wheels_of_a_robot_that_hardly_leans_make_nothing_wrong(
     seconds: float, lean: float
 ) -> None:
     """It rolls on a castor: what late wheels leave of its acceleration is no leaning."""
