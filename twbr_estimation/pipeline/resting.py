@@ -15,8 +15,10 @@ STEADY = 0.06
 """Distance of its angle from the mean [rad] up to which it is."""
 STEADY_SHARE = 0.05
 """Share of gravity by which the specific force may be longer or shorter then."""
-STEADY_RATE = 0.05
+STEADY_RATE = 0.03
 """Distance of the rate from its mean [rad/s] up to which the body rests, whatever its bias."""
+SLOPE = 0.02
+"""Change of the accelerometer's angle [rad/s] beyond which that sways, or the body turns."""
 
 
 class RestSums(NamedTuple):
@@ -33,9 +35,10 @@ class RestSums(NamedTuple):
     turned: float
     """What the gyro has turned [rad]."""
     found: float
-    """1 where that is `REST_TIME` or more, else 0."""
+    """1 where that is `REST_TIME` or more, and the angle does not change, else 0."""
     wrong: float
-    """1 where the last rest has shown that the filter ignores a bias, else 0."""
+    """1 where the last rest has shown that the filter ignores a bias, 0.5 where the present one
+    may show it, else 0."""
 
 
 class Shown(NamedTuple):
@@ -68,14 +71,19 @@ def continued(before: RestSums, sample: CorrectedSample, turned: float, blind: b
     turn, moment = before.turned + turned, before.moment + off * dt * (time - 0.5 * dt)
     if abs(off - shift / time) > STEADY or abs(turned / dt - turn / time) > STEADY_RATE:
         return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
-    found = 1.0 if time >= REST_TIME else 0.0
+    found = 1.0 if time >= REST_TIME and abs(_slope(time, shift, moment)) < SLOPE else 0.0
     return RestSums(time, before.angle, shift, moment, turn, found, before.wrong)
+
+
+def _slope(time: float, shift: float, moment: float) -> float:
+    """Return the slope of a straight line through the angles [rad/s]."""
+    return 12.0 * (moment - 0.5 * time * shift) / (time * time * time)
 
 
 def shown_by(rest: RestSums) -> Shown:
     """Return what a rest that was `found` shows: a straight line through the angles."""
     time, mean = rest.time, rest.shift / rest.time
-    slope = 12.0 * (rest.moment - 0.5 * time * rest.shift) / (time * time * time)
+    slope = _slope(time, rest.shift, rest.moment)
     tilt = wrapped(rest.angle + mean + 0.5 * time * slope)
     return Shown(tilt, rest.turned / time - slope)
 

@@ -41,6 +41,9 @@ EARNED_STDDEV = 0.08
 EARNED_TIME, FIRST_STDDEV = 3.0, 0.12
 """A tilt that has been trusted again for less than the first [s] is lost at that deviation, too;
 one that is trusted for the first time, above the second [rad]: a robot may be pushed at once."""
+PROVEN_STDDEV, PROVEN_TIME = 0.025, 5.0
+"""The same for so long [s] after a filter that judges itself has lost its first trust before that
+was earned: what misled it, a throw or wrong wheels, misleads its deviation, too."""
 LYING_STDDEV = 0.05
 """The filter's own deviation [rad] above which the tilt of a robot beyond `LYING` is not trusted;
 it does not balance, and loses nothing."""
@@ -72,6 +75,10 @@ REST_SCATTER, REST_RATE = 4e-4, 0.1
 """Mean square of the disturbances [rad^2] and rate [rad/s] below which it does."""
 BIAS_CHANGE = 0.02
 """Change of a gyro bias [rad/s] in a time of doubt that is taken back."""
+BIAS_TIME = 2.0
+"""Time of rest that shows a bias [s]; the turn of a body in a hand can look like one for less."""
+SUSPECTED = 0.5
+"""`RestSums.wrong` until then."""
 SETTLED = 1.0
 """Time in which a filter that judges itself makes up for a gap [s]."""
 AFTERMATH = 20.0
@@ -104,9 +111,11 @@ class Certainty(NamedTuple):
     """For how long the filter's own deviation has let its tilt count."""
 
     time: float
-    """[s]; below 0 while it does not."""
+    """[s]; for how long it has not where below 0."""
     lost: float
     """1 where it has let it count before, or anything may have happened since, else 0."""
+    needed: float
+    """Deviation below which it first does again [rad]."""
 
 
 class Judgement(NamedTuple):
@@ -157,7 +166,7 @@ def begin(
             that has to be confirmed, too, unless the sample is one of a robot at rest.
     """
     variance = FIRST_SCATTER * FIRST_SCATTER
-    certainty = Certainty(-1.0, 1.0 if unknown else 0.0)
+    certainty = Certainty(-1.0, 1.0 if unknown else 0.0, EARNED_STDDEV)
     shown = self_judged or shows_gravity(sample)
     rests = shows_rest(sample, estimate.tilt, estimate.gyro_bias)
     doubt, trusted = _UNKNOWN if unknown else variance, not unknown and (self_judged or rests)
@@ -167,7 +176,7 @@ def begin(
         0.0,
         estimate.tilt,
         BeforeSaturation(0.0, 0.0, 0.0),
-        _certainty(certainty, estimate, 0.0, valid_stddev),
+        _certainty(certainty, estimate, 0.0, valid_stddev, self_judged),
         Reference(sample.angle, variance if shown else _UNKNOWN, variance),
         unseen.begin(sample),
         resting.begin(sample),
@@ -227,7 +236,7 @@ def watch(
         missed,
         estimate.tilt,
         known,
-        _certainty(before.certainty, estimate, sample.dt, valid_stddev),
+        _certainty(before.certainty, estimate, sample.dt, valid_stddev, self_judged),
         reference,
         stream,
         rest,
@@ -267,13 +276,16 @@ def _rested(
         shown = shown_by(rest)
         distance = abs(wrapped(estimate.tilt - shown.tilt))
         apart = distance > 3.0 * FLOOR + REST_DISAGREEMENT
-        biased = abs(shown.bias - bias) > BIAS_CHANGE or wrong > 0.0
-        wrong = 1.0 if apart and biased else 0.0
-        if apart and (biased or trusted == 0.0):
-            astray = 1.0 if wrong == 0.0 or rest.wrong == 0.0 else 0.0
+        biased = abs(shown.bias - bias) > BIAS_CHANGE or wrong == 1.0
+        if apart and biased and wrong < 1.0 and rest.time < BIAS_TIME:
+            doubt, trusted, wrong = max(doubt, distance * distance), 0.0, SUSPECTED
+        else:
+            wrong = 1.0 if apart and biased else 0.0
+        if apart and wrong != SUSPECTED and (biased or trusted == 0.0):
+            astray = 1.0 if wrong == 0.0 or rest.wrong < 1.0 else 0.0
             calm = 0.0 if biased else calm
             doubt, trusted, bias = max(doubt, distance * distance), 0.0, shown.bias
-        if trusted == 0.0 and (apart or not biased):
+        if trusted == 0.0 and wrong != SUSPECTED and (apart or not biased):
             reference = Reference(shown.tilt, FLOOR * FLOOR, FLOOR * FLOOR)
     elif abs(estimate.gyro_bias - bias) < BIAS_CHANGE:
         wrong = 0.0
@@ -349,7 +361,7 @@ def _trusted(doubt: float, before: float, valid_stddev: float) -> float:
 
 
 def _certainty(
-    before: Certainty, estimate: TiltEstimate, dt: float, valid_stddev: float
+    before: Certainty, estimate: TiltEstimate, dt: float, valid_stddev: float, self_judged: bool
 ) -> Certainty:
     """Return for how long the filter's own deviation has let its tilt count.
 
@@ -359,13 +371,21 @@ def _certainty(
     limit = valid_stddev
     if abs(wrapped(estimate.tilt)) > LYING:
         limit = min(LYING_STDDEV, valid_stddev)
-    elif before.time < 0.0 or (before.lost > 0.0 and before.time <= EARNED_TIME):
-        limit = min(EARNED_STDDEV, valid_stddev)
+    elif before.time < 0.0:
+        limit = min(before.needed if before.time > -PROVEN_TIME else EARNED_STDDEV, valid_stddev)
     elif before.time <= EARNED_TIME:
-        limit = min(FIRST_STDDEV, valid_stddev)
-    if estimate.tilt_variance > limit * limit:
-        return Certainty(-1.0, 1.0 if before.time >= 0.0 else before.lost)
-    return Certainty(before.time + dt if before.time >= 0.0 else 0.0, before.lost)
+        limit = min(EARNED_STDDEV if before.lost > 0.0 else FIRST_STDDEV, valid_stddev)
+    if estimate.tilt_variance <= limit * limit:
+        time = before.time + dt if before.time >= 0.0 else 0.0
+        return Certainty(time, before.lost, before.needed)
+    if before.time < 0.0:
+        return Certainty(before.time - dt, before.lost, before.needed)
+    needed = before.needed
+    if before.time > EARNED_TIME:
+        needed = EARNED_STDDEV
+    elif self_judged and before.lost == 0.0:
+        needed = PROVEN_STDDEV
+    return Certainty(-dt, 1.0, needed)
 
 
 def certain(now: Watch) -> bool:

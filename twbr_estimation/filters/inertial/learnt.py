@@ -6,7 +6,7 @@ from .navigation import Navigation
 from .parameters import Coefficients
 from .strapdown import Vector
 
-WRONG_GAIN, WRONG_RADIUS = 5.0, 5.0
+WRONG_GAIN, WRONG_RADIUS = 3.0, 5.0
 """A gain of the gyro, or a wheel radius, that is learnt to be off by so many of its standard
 deviations is an error of the wheels that the navigation has taken for one of the sensor."""
 MEMORY_PERIOD = 3.0
