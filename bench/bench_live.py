@@ -34,7 +34,7 @@ from twbr_estimation import simulate
 from twbr_estimation.live_code.files import CORRECTION
 from twbr_estimation.live_code.loading import loaded
 from twbr_estimation.nodes.spin import make_executor
-from twbr_estimation.streams.messages import ImuEncoder, JointStateEncoder
+from twbr_estimation.streams.messages import JointStateEncoder, RawImuEncoder
 
 HERE = Path(__file__).parent
 SUBJECT = HERE / "live_subject.py"
@@ -132,10 +132,8 @@ class Probe:
         listen(Float64, "tilt", lambda data: heard.append(now()), DEPTH, raw=True)
         listen(Imu, "imu/data", lambda data: None, DEPTH, raw=True)
         listen(JointState, "tilt/compare", lambda data: None, DEPTH, raw=True)
-        self._imu_encoder = ImuEncoder("imu_link")
+        self._imu_encoder = RawImuEncoder("imu_link", 0.0, 0.0)
         self._joint_encoder = JointStateEncoder(["left_wheel_joint", "right_wheel_joint"])
-        self._values = [0.0] * 37
-        self._values[4] = -1.0
         drive = simulate("W2", seed=1, dt=1e-9 * PERIOD, duration=DRIVEN).recording
         assert drive.wheels is not None
         self._sensors = np.hstack([drive.imu.gyro, drive.imu.accel, drive.wheels.angle]).tolist()
@@ -162,9 +160,9 @@ class Probe:
     def publish(self, stamp: int) -> int:
         """Publish wheels and IMU of one instant; return when the IMU's message left [ns]."""
         sensors = self._sensors[stamp // PERIOD % len(self._sensors)]
-        self._values[13:16], self._values[25:28], wheel = sensors[:3], sensors[3:6], sensors[6]
+        wheel = sensors[6]
         self.joints.publish(self._joint_encoder.encode(stamp, [wheel, wheel], [0.0, 0.0]))
-        message = self._imu_encoder.encode(stamp, self._values)
+        message = self._imu_encoder.encode(stamp, sensors[:3], sensors[3:6])
         sent = time.perf_counter_ns()
         self.imu.publish(message)
         return sent

@@ -288,8 +288,7 @@ def _rms(values: FloatArray) -> float:
 
 def _judged(rows: FloatArray) -> tuple[bool, Finding | None]:
     """Return whether a window shows that all is right, and what it shows to be wrong."""
-    rolling = _DETRENDED @ rows[:, 9]
-    if not float(rolling @ rolling) > rolling.size * STANDING**2:
+    if _rms(_DETRENDED @ rows[:, 9]) <= STANDING:
         return False, None
     if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
         return False, _too_far(rows)

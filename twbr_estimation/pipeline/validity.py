@@ -281,12 +281,12 @@ def _rested(
             doubt, trusted, wrong = max(doubt, distance * distance), 0.0, SUSPECTED
         else:
             wrong = 1.0 if apart and biased else 0.0
-        if apart and wrong != SUSPECTED and (biased or trusted == 0.0):
-            astray = 1.0 if wrong == 0.0 or rest.wrong < 1.0 else 0.0
-            calm = 0.0 if biased else calm
-            doubt, trusted, bias = max(doubt, distance * distance), 0.0, shown.bias
-        if trusted == 0.0 and wrong != SUSPECTED and (apart or not biased):
-            reference = Reference(shown.tilt, FLOOR * FLOOR, FLOOR * FLOOR)
+            if apart and (biased or trusted == 0.0):
+                astray = 1.0 if wrong == 0.0 or rest.wrong < 1.0 else 0.0
+                calm = 0.0 if biased else calm
+                doubt, trusted, bias = max(doubt, distance * distance), 0.0, shown.bias
+            if trusted == 0.0 and (apart or not biased):
+                reference = Reference(shown.tilt, FLOOR * FLOOR, FLOOR * FLOOR)
     elif abs(estimate.gyro_bias - bias) < BIAS_CHANGE:
         wrong = 0.0
     return Judgement(doubt, trusted, astray, bias, calm), reference, judged_wrong(rest, wrong)
