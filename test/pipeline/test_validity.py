@@ -10,6 +10,8 @@ from twbr_estimation.pipeline.validity import (
     EARNED_STDDEV,
     EARNED_TIME,
     LYING_STDDEV,
+    PROVEN_STDDEV,
+    PROVEN_TIME,
     VALID_STDDEV,
     begin,
     certain,
@@ -23,7 +25,10 @@ SHORT, LONG = 0.5 * EARNED_TIME, 2.0 * EARNED_TIME
 
 
 def verdicts(
-    phases: list[tuple[float, float]], valid_stddev: float = VALID_STDDEV, tilt: float = 0.0
+    phases: list[tuple[float, float]],
+    valid_stddev: float = VALID_STDDEV,
+    tilt: float = 0.0,
+    self_judged: bool = False,
 ) -> Iterator[bool]:
     """Yield the verdict at the end of each phase: a stated deviation [rad] and its duration [s]."""
     now, rest = None, dict.fromkeys(CorrectedSample._fields, 0.0)
@@ -32,9 +37,9 @@ def verdicts(
         estimate = TiltEstimate(tilt, 0.0, 0.0, stddev * stddev)
         for _ in range(round(duration / DT)):
             if now is None:
-                now = begin(sample, estimate, False, valid_stddev)
+                now = begin(sample, estimate, False, valid_stddev, self_judged)
             else:
-                now = watch(now, sample, estimate, valid_stddev)
+                now = watch(now, sample, estimate, valid_stddev, self_judged)
         assert now is not None
         yield certain(now)
 
@@ -59,6 +64,25 @@ def test_a_deviation_is_earned_small_and_lost_large(
     phases: list[tuple[float, float]], expected: list[bool]
 ) -> None:
     assert list(verdicts(phases)) == expected
+
+
+PROVEN, UNPROVEN = 0.9 * PROVEN_STDDEV, 0.5 * (PROVEN_STDDEV + EARNED_STDDEV)
+
+
+@pytest.mark.parametrize(
+    ("phases", "expected"),
+    [
+        ([(UNPROVEN, DT)], [True]),  # the first trust needs no proof
+        ([(UNPROVEN, SHORT), (BETWEEN, DT), (UNPROVEN, SHORT)], [True, False, False]),
+        ([(UNPROVEN, SHORT), (BETWEEN, DT), (PROVEN, DT)], [True, False, True]),
+        ([(UNPROVEN, SHORT), (BETWEEN, DT), (UNPROVEN, PROVEN_TIME + DT)], [True, False, True]),
+        ([(UNPROVEN, LONG), (LARGE, DT), (UNPROVEN, DT)], [True, False, True]),  # it was earned
+    ],
+)
+def test_who_was_misled_at_the_start_has_to_prove_the_tilt(
+    phases: list[tuple[float, float]], expected: list[bool]
+) -> None:
+    assert list(verdicts(phases, self_judged=True)) == expected
 
 
 def test_a_users_smaller_limit_holds_for_both() -> None:
