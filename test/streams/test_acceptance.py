@@ -107,6 +107,17 @@ def test_steps_not_carried_out_are_skipped_and_it_ends() -> None:
     assert skipped == ["left wheel", "right wheel", "lean"]
 
 
+def test_samples_before_the_first_look_are_watched_too() -> None:
+    acceptance = Acceptance(Setup(), replace(SETTINGS, ask=False))
+    recording = simulate("W4", PERIOD, SETTINGS.seconds + 0.1, 511).recording
+    columns = (recording.imu.stamps.tolist(), recording.imu.gyro, recording.imu.accel)
+    for stamp, gyro, accel in zip(*columns, strict=True):
+        acceptance.add_imu(stamp + 1, (*gyro.tolist(), *accel.tolist()))
+    for index in range(5):
+        acceptance.look(0.2 * index)
+    assert acceptance.ended and "clock" not in {each.check for each in acceptance.found}
+
+
 def test_without_data_it_ends_with_a_failure() -> None:
     acceptance = Acceptance(Setup(), SETTINGS)
     for now in (0.0, 4.0, 6.0):

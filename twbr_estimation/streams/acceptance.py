@@ -141,9 +141,8 @@ class Acceptance:
         self._finish([Finding(Severity.FAIL, "IMU", "presence", f"{text}{because}")])
 
     def _begin(self, now: float) -> None:
-        """Ask for the next step, and forget what was before."""
+        """Ask for the next step; to watch is the last one."""
         self._begun = self._refreshed = now
-        self._checks.restart()
         self.request = self._steps[0].request if self._steps else WATCH
 
     def _step(self, now: float, begun: float) -> None:
@@ -156,6 +155,7 @@ class Acceptance:
             self._done += found
             self.found = tuple(self._done)
             self._steps.pop(0)
+            self._checks.restart()
             self._begin(now)
 
     def _watch(self, now: float, begun: float) -> None:
