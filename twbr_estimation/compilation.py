@@ -160,7 +160,6 @@ def object_code(
     run: Callable[..., None],
     shapes: Mapping[str, str],
     counts: Sequence[str] = (),
-    inlined: Sequence[Callable[..., Any]] = (),
 ) -> tuple[bytes, str]:
     """Compile a function of arrays to an object file that needs no numba to be loaded.
 
@@ -168,15 +167,11 @@ def object_code(
         run: takes whole numbers, then arrays of doubles, and changes what these hold.
         shapes: of each array, by its name; written as Python, and may use the counts.
         counts: names of the whole numbers.
-        inlined: functions whose code stands in place of their calls. A call copies arguments and
-            result, which for a large record costs as much as what is computed of it.
 
     Returns:
         The object file, and the name of a function in it that takes the counts and a pointer to
         each array.
     """
-    for function in inlined:
-        _let_compile(function, forceinline=True)
     _let_compile(run)
     arrays = [f"carray({name}, ({shape},))" for name, shape in shapes.items()]
     compiler: Any = numba  # its types leave out what is needed here
@@ -220,11 +215,12 @@ def _delete_others(folder: Path, prefix: str, version: str) -> None:
 _COMPILABLE: set[FunctionType] = set()
 
 
-def _let_compile(function: Any, forceinline: bool = False) -> None:
-    """Allow compiled code to call `function`, in place or not, and what it calls in turn.
+def _let_compile(function: Any) -> None:
+    """Allow compiled code to use `function`, and what it calls in turn.
 
-    A function marked with `filters.base.compiled_as` is compiled in its other spelling, one marked
-    with `compiled_in_place` in place of its calls.
+    Its code stands in place of its calls: a call copies arguments and result, which for a large
+    record costs as much as what is computed of it. A function marked with
+    `filters.base.compiled_as` is called, in its other spelling.
     """
     if function in _COMPILABLE:
         return
@@ -236,8 +232,7 @@ def _let_compile(function: Any, forceinline: bool = False) -> None:
         if isinstance(called, FunctionType):
             _let_compile(called)
 
-    in_place = forceinline or hasattr(function, "compiled_in_place")
-    options: Any = {"error_model": "numpy", "forceinline": in_place}
+    options: Any = {"error_model": "numpy", "forceinline": spelled is function}
 
     @overload(function, jit_options=options, strict=False)
     def _(*arguments: Any) -> Any:

@@ -90,9 +90,7 @@ class CompiledLoop:
                 return
             from ..compilation import object_code
 
-            step = correction.step if self._entry is None else self._entry.step
-            run = self._run()
-            code, name = object_code(run, self._shapes(), ("count", "first"), inlined=(step,))
+            code, name = object_code(self._run(), self._shapes(), ("count", "first"))
             found = files.ObjectCode(name, code)
             if self._made:
                 files.saved(self._name, self._made, found, ENDING)

@@ -112,7 +112,8 @@ class Filter(Definition):
 def compiled_as(loops: Callable[..., Any]) -> Callable[[Function], Function]:
     """Spell an array operation in loops where it is compiled.
 
-    Both spellings must do the same operations on each element in the same order.
+    Both spellings must do the same operations on each element in the same order. Compiled code
+    calls the loops; the code of every other function stands in place of its calls.
     """
 
     def mark(function: Function) -> Function:
@@ -120,16 +121,6 @@ def compiled_as(loops: Callable[..., Any]) -> Callable[[Function], Function]:
         return function
 
     return mark
-
-
-def compiled_in_place(function: Function) -> Function:
-    """Have the code of a function stand in place of its call where it is compiled.
-
-    A call copies arguments and result, which for a large state costs much. To be used for what one
-    place calls.
-    """
-    function.compiled_in_place = True  # type: ignore[attr-defined]
-    return function
 
 
 def estimate_of(state: Any) -> TiltEstimate:

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..samples import LYING, CorrectedSample, TiltEstimate, is_saturated, shows_gravity, shows_rest
-from .base import Filter, compiled_in_place
+from .base import Filter
 from .inertial.adjusted import adjusted
 from .inertial.aiding import (
     FIRST_DISTANCE,
@@ -295,7 +295,6 @@ def _adjusted(
     return adjusted(sample, rate, variance, clip, factor)
 
 
-@compiled_in_place
 def _compared(
     moved: State, unseen: float, still: bool, sample: CorrectedSample, c: Coefficients
 ) -> State:
