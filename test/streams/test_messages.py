@@ -12,6 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 from twbr_estimation.errors import MessageError
 from twbr_estimation.ros_messages import ACCEL, GYRO
 from twbr_estimation.streams.messages import (
+    DiagnosticEncoder,
     ImuEncoder,
     JointStateEncoder,
     RawImuEncoder,
@@ -91,6 +92,18 @@ def test_wheels_are_found_among_other_joints_in_changing_layouts() -> None:
         assert decoder.decode(joints(["arm"], [], frame)) is None
         single = joints(["wheel_joint", "arm"], [4.0, 9.0], frame)
         assert decoder.decode(single) == (STAMP, 4.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("values", [{}, {"": "", "a": "0", "rate_hz": "ü", "chip": "xyz"}])
+def test_diagnostics_are_written_as_others_read_them(values: dict[str, str]) -> None:
+    kind, value = "diagnostic_msgs/msg/DiagnosticArray", "diagnostic_msgs/msg/KeyValue"
+    encoder = DiagnosticEncoder("robot/filter_node", "/dev/i2c-1")
+    for message in ("estimating", "late"):  # the second without what the first left
+        read = STORE.deserialize_cdr(encoder.encode(STAMP, b"\2", message, values), kind)
+        said = "robot/filter_node", message, "/dev/i2c-1"
+        pairs = [new(value, *each) for each in values.items()]
+        status = new("diagnostic_msgs/msg/DiagnosticStatus", 2, *said, pairs)
+        assert read == new(kind, header(""), [status])
 
 
 def test_float64() -> None:

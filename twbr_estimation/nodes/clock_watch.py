@@ -21,10 +21,12 @@ class ClockWatch:
 
     def age(self) -> float:
         """Return for how long the simulated clock has stood still [s]; 0 where time is real."""
-        now = time.monotonic()
-        clock = self._node.get_clock()
+        now, clock = time.monotonic(), self._node.get_clock()
+        if not clock.ros_time_is_active:
+            self._reading, self._moved = 0, now
+            return 0.0
         reading = clock.now().nanoseconds
-        if reading != self._reading or not clock.ros_time_is_active:
+        if reading != self._reading:
             self._reading, self._moved = reading, now
         return now - self._moved
 

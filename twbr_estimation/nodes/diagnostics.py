@@ -5,11 +5,12 @@ from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from ..streams.callback_errors import described
+from ..streams.messages import DiagnosticEncoder
 from .clock_watch import ClockWatch
 from .guard import Guard
 from .qos import diagnostics
@@ -54,7 +55,7 @@ class Diagnostics:
         self._node, self._period = node, period
         self._published, self._dropped = time.monotonic(), 0
         self._report = report
-        self._hardware_id = hardware_id
+        self._encoder = DiagnosticEncoder(node.get_fully_qualified_name().lstrip("/"), hardware_id)
         self._level = Level.OK
         self._clock = ClockWatch(node)
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", diagnostics())
@@ -67,16 +68,10 @@ class Diagnostics:
     def update(self) -> None:
         """Publish now."""
         report = self._with_troubles(self._reported())
-        status = DiagnosticStatus(
-            level=report.level.value,
-            name=self._node.get_fully_qualified_name().lstrip("/"),
-            message=report.message,
-            hardware_id=self._hardware_id,
-            values=[KeyValue(key=key, value=_shown(value)) for key, value in report.values.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
+        stamp = self._node.get_clock().now().nanoseconds
+        values = {key: _shown(value) for key, value in report.values.items()}
+        data = self._encoder.encode(stamp, report.level.value, report.message, values)
+        self._publisher.publish(data)
         self._published = time.monotonic()
         self._log_change(report)
 

@@ -8,7 +8,8 @@ counts from the byte after them. `bags` decodes whole batches of the same format
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 from ..errors import MessageError
 from ..pipeline.pairing import MotorCommand, motor_command
@@ -327,6 +328,32 @@ def decode_forward_speed(data: bytes) -> tuple[int, float]:
 def encode_float64(value: float) -> bytes:
     """Return a serialised `std_msgs/Float64`."""
     return _FLOAT64.pack(0x00000100, value)
+
+
+class DiagnosticEncoder:
+    """Serialises DiagnosticArrays of one status, that of the same part of a robot."""
+
+    def __init__(self, name: str, hardware_id: str) -> None:
+        """Lay out the status of this name, about this device."""
+        self._head = _padded(_header(""), 4) + struct.pack("<I", 1)
+        self._name, self._hardware_id = _text(name), _text(hardware_id)
+
+    def encode(self, stamp: int, level: bytes, message: str, values: Mapping[str, str]) -> bytes:
+        """Return the message with this stamp [ns], level, sentence, and values by name."""
+        found = [self._head, level, b"\0\0\0", self._name, _text(message), self._hardware_id]
+        found.append(struct.pack("<I", len(values)))
+        for key, value in values.items():
+            found += _text(key), _text(value)
+        data = bytearray().join(found)
+        _write_stamp(data, _STAMP, *divmod(stamp, NANOSECONDS_PER_SECOND))
+        return bytes(data)
+
+
+@lru_cache(maxsize=512)
+def _text(text: str) -> bytes:
+    """Return a serialised string, filled up to where the next one begins."""
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data + bytes(-len(data) % 4)
 
 
 def _header(frame: str) -> bytes:
