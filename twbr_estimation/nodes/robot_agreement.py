@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import fields
+from functools import lru_cache
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -40,10 +41,14 @@ def _values(robot: Robot) -> Values:
     return {each.name: getattr(robot, each.name) for each in fields(robot)}
 
 
+_DEFAULT = _values(Robot())
+
+
+@lru_cache(maxsize=4)
 def stated(robot: Robot) -> str:
     """Return the fields of a robot that differ from the defaults, as JSON."""
-    default = _values(Robot())
-    return json.dumps({name: v for name, v in _values(robot).items() if v != default[name]})
+    differing = {name: v for name, v in _values(robot).items() if v != _DEFAULT[name]}
+    return json.dumps(differing)
 
 
 def stated_ranges(gyro_range: float, accel_range: float) -> str:
@@ -64,7 +69,7 @@ class RobotAgreement:
         self._robot = robot
         self._own = node.get_fully_qualified_name()
         self._space = self._own.rpartition("/")[0].lstrip("/")
-        self._others: dict[str, tuple[float, Values]] = {}
+        self._others: dict[str, tuple[float, str, str]] = {}
         listen(node, DiagnosticArray, "/diagnostics", self._take)
 
     def _take(self, data: bytes) -> None:
@@ -80,28 +85,42 @@ class RobotAgreement:
 
     def note(self, node: str, key: str, text: str, now: float) -> None:
         """Take what a node states at `now` [s]; what is no JSON of a robot is left out."""
-        try:
-            found = json.loads(text)
-        except (ValueError, RecursionError):
-            return
-        full = node in self._others or len(self._others) < MOST_NODES
-        if isinstance(found, dict) and full:
-            values = _values(Robot()) | found if key == ROBOT else found
-            self._others[node] = now, values
+        room = node in self._others or len(self._others) < MOST_NODES
+        if room and _read(key, text) is not None:
+            self._others[node] = now, key, text
 
     def problem(self, now: float) -> str:
         """Return which nodes have another robot, in one sentence; empty where all agree."""
-        own, found = _values(self._robot()), []
+        robot, found = self._robot(), []
         self._others = {
             node: each for node, each in self._others.items() if now - each[0] < FORGOTTEN
         }
-        for node, (_, values) in sorted(self._others.items()):
-            names = [f"robot.{name}" for name in own if _differs(own, values, name)]
-            if names:
-                found.append(f"{', '.join(names)} of {node}")
+        for node, (_, key, text) in sorted(self._others.items()):
+            if names := _differing(robot, key, text):
+                found.append(f"{names} of {node}")
         if not found:
             return ""
         return f"not as here: {'; '.join(found)}; give all nodes the same robot.yaml"
+
+
+# The same is stated every second: it is read and compared once.
+@lru_cache(maxsize=4 * MOST_NODES)
+def _read(key: str, text: str) -> Values | None:
+    """Return the values that a node states; None where it is no JSON of a robot."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(found, dict):
+        return None
+    return _DEFAULT | found if key == ROBOT else found
+
+
+@lru_cache(maxsize=4 * MOST_NODES)
+def _differing(robot: Robot, key: str, text: str) -> str:
+    """Return the parameters in which a robot is another one than a node states."""
+    own, other = _values(robot), _read(key, text) or {}
+    return ", ".join(f"robot.{name}" for name in own if _differs(own, other, name))
 
 
 def _differs(own: Values, other: Values, name: str) -> bool:
