@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from struct import Struct
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..robot import Setup
 from ..samples import Sample
@@ -131,20 +132,23 @@ class RecentChecks:
 
     def latest(self) -> Latest | None:
         """Return the last samples; None before there are two."""
-        order = _order(self._count, self._stamps.size)
-        stamps = self._stamps[order]
-        recent = stamps >= (stamps[-1] - self._window if stamps.size else 0)
-        if np.count_nonzero(recent) < 2:
+        stamps = _unrolled(self._stamps, self._count)
+        first = np.searchsorted(stamps, self._latest - self._window)
+        if stamps.size - first < 2:
             return None
-        readings = _order(self._references, self._tilts.size)
         return Latest(
-            stamps[recent],
-            self._rows[order][recent],
-            self._reference_stamps[readings],
-            self._tilts[readings],
+            stamps[first:],
+            _unrolled(self._rows, self._count, int(first)),
+            _unrolled(self._reference_stamps, self._references),
+            _unrolled(self._tilts, self._references),
         )
 
 
-def _order(count: int, size: int) -> StampArray:
-    """Return the rows of a ring from the oldest to the newest."""
-    return np.arange(max(count - size, 0), count, dtype=np.int64) % size
+def _unrolled(ring: NDArray[Any], count: int, first: int = 0) -> NDArray[Any]:
+    """Return a copy of a ring into which `count` rows were written, without the `first` oldest."""
+    size = ring.shape[0]
+    begin, end = max(count - size, 0) + first, count
+    if begin == end:
+        return ring[:0].copy()
+    begin, end = begin % size, (end - 1) % size + 1
+    return ring[begin:end].copy() if begin < end else np.concatenate((ring[begin:], ring[:end]))
