@@ -25,6 +25,8 @@ from .guard import Guard
 from .shared_memory import remove_half_made
 from .start import REFUSED, refusal, start_warnings
 
+SWITCH = 1e-4
+"""Time after which a thread lets another one run that waits for the interpreter [s]."""
 WAKE_PERIOD = 0.2
 """Longest time the executor sleeps before it looks for a signal again [s]."""
 
@@ -106,6 +108,7 @@ def _created(create: Callable[[], Node | Sequence[Node]]) -> Node | Sequence[Nod
 
 def _prepare_to_run() -> None:
     """Do what would otherwise make samples wait: 0.05 s and more at the first line of the log."""
+    sys.setswitchinterval(SWITCH)
     inspect.stack()  # as the log does for each line; the first time it searches all modules
     gc.freeze()  # what lives as long as the process need not be searched while it runs
 
