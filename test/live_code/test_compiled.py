@@ -25,7 +25,7 @@ from twbr_estimation.live_code.providing import (
 )
 from twbr_estimation.live_code.running import CompiledStep
 from twbr_estimation.pipeline.watched_filter import WatchedFilter
-from twbr_estimation.robot import Calibration, Setup
+from twbr_estimation.robot import Calibration, Robot, Setup
 from twbr_estimation.samples import CorrectedSample
 from twbr_estimation.streams.correction import CorrectionStream
 
@@ -101,6 +101,38 @@ def test_a_look_at_the_state_leaves_it_with_the_code(
             assert interpreted.state == by_code.state, index
             assert interpreted.lost == by_code.lost, index
     assert handed_over == [1]
+
+
+def test_other_coefficients_leave_the_state_with_the_code(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interpreted, by_code = _pair(folder)
+    for sample in DRIVE[:100]:
+        assert interpreted.step(sample) == by_code.step(sample)
+    monkeypatch.delattr(CompiledStep, "begin")
+    monkeypatch.delattr(CompiledStep, "state")
+    for index, sample in enumerate(DRIVE[100:300]):
+        for each in (interpreted, by_code):
+            if index == 50:
+                each.configure({"time_constant": 0.4})
+            if index == 100:
+                each.use_robot(Robot(wheel_radius=0.05))
+            if index == 150:
+                each.valid_stddev = 0.01
+        assert interpreted.step(sample) == by_code.step(sample), index
+        assert interpreted.trusted == by_code.trusted
+
+
+def test_the_state_comes_back_where_other_coefficients_do_not_fit_the_code(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(CompiledStep, "change", lambda *_: False)
+    interpreted, by_code = _pair(folder)
+    for index, sample in enumerate(DRIVE[:300]):
+        if index == 100:
+            for each in (interpreted, by_code):
+                each.configure({"time_constant": 0.4})
+        assert interpreted.step(sample) == by_code.step(sample), index
 
 
 def test_a_filter_gone_astray_is_put_right_in_both(folder: Path) -> None:

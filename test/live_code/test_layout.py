@@ -9,7 +9,7 @@ import pytest
 
 from twbr_estimation.filters.base import filters
 from twbr_estimation.live_code.checking import corrected_samples, raw_samples
-from twbr_estimation.live_code.layout import Layout, LayoutError, PlainRow, form_of, numbers_of
+from twbr_estimation.live_code.layout import Layout, LayoutError, form_of, numbers_of
 from twbr_estimation.live_code.steps import (
     correction_layouts,
     correction_step,
@@ -38,7 +38,7 @@ def test_what_is_written_comes_back() -> None:
     row = np.full(layout.size, np.nan)
     layout.writer()(record, row)
     assert row.tolist() == [1.5, 1.0, 2.5, 7.0, *range(6)] == numbers_of(record)
-    back = layout.reader()(PlainRow(row))
+    back = layout.plain_reader()(row)
     assert type(back) is Outer and back[:2] == record[:2]
     assert (type(back.inner.flag), type(back.inner.pair[1])) == (bool, int)
     np.testing.assert_array_equal(back.matrix, record.matrix)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..filters.base import Filter
 from ..live_code import files
-from ..live_code.layout import Form, Layout, PlainRow, form_of, numbers_of
+from ..live_code.layout import Form, Layout, form_of, numbers_of
 from ..live_code.loading import Function, function_of, processor
 from ..pipeline import correction
 from ..recording import FloatArray
@@ -43,7 +43,7 @@ class CompiledLoop:
             layouts: of its coefficients and state.
         """
         self._entry, self._layouts = entry, layouts
-        self._state_of = layouts.state.reader()
+        self._state_of = layouts.state.plain_reader()
         self._name = CORRECTION if entry is None else entry.name
         self._made = _made_for(layouts) if entry is None or is_ours(entry) else ""
         self._function: Function | None = None
@@ -81,7 +81,7 @@ class CompiledLoop:
         chosen, kept = (np.array(numbers_of(each), float) for each in (coefficients, state))
         arrays = (each.ctypes.data for each in (columns, chosen, kept, results))
         function(columns.shape[1], first, *arrays)
-        return self._state_of(PlainRow(kept))
+        return self._state_of(kept)
 
     def compile(self) -> None:
         """Compile it where it is not, and keep it if it may be."""

@@ -32,15 +32,20 @@ class Layout:
             LayoutError: it holds something else.
         """
         self._kinds: dict[str, type[Any]] = {}
+        self._numbers = 0
+        """Where the last number that is in no array ends: large arrays come last."""
         self.reading, self.size = self._read(example, 0)
-        """The expression that makes the record from `row`, and how many doubles it takes."""
+        """The expression that makes the record from `row` and `array`, the same numbers, and how
+        many doubles it takes."""
         self._writing = [
             f"row[{place}] = {value}" for place, value in self._written(example, "record", 0)
         ]
         self._pack = struct.Struct(f"{self.size}d").pack_into
 
     def _read(self, example: Any, place: int) -> tuple[str, int]:
-        """Return the expression that makes the record from `row`, and how many doubles it takes."""
+        """Return the expression that makes the record, and how many doubles it takes."""
+        if isinstance(example, (bool, int, float)):
+            self._numbers = max(self._numbers, place + 1)
         if isinstance(example, bool):
             return f"row[{place}] != 0.0", 1
         if isinstance(example, int):
@@ -49,7 +54,7 @@ class Layout:
             return f"row[{place}]", 1
         if isinstance(example, np.ndarray) and example.dtype == np.float64:
             end = place + example.size
-            return f"row[{place}:{end}].reshape({example.shape}).copy()", example.size
+            return f"array[{place}:{end}].reshape({example.shape}).copy()", example.size
         if not isinstance(example, tuple):
             raise LayoutError(f"{type(example).__name__} {example!r} is no number of a record")
         parts, size = [], 0
@@ -87,9 +92,15 @@ class Layout:
 
     def reader(self) -> Callable[[Any], Any]:
         """Return the function that makes the record from an array, compiled or not."""
-        read: Callable[[Any], Any] = self._function(
-            f"def read(row):\n    return {self.reading}\n", "read"
-        )
+        return self._reader("array")
+
+    def plain_reader(self) -> Callable[[Any], Any]:
+        """Return that for the interpreter: it makes plain numbers, and is faster there."""
+        return self._reader(f"array[:{self._numbers}].tolist()")
+
+    def _reader(self, row: str) -> Callable[[Any], Any]:
+        source = f"def read(array):\n    row = {row}\n    return {self.reading}\n"
+        read: Callable[[Any], Any] = self._function(source, "read")
         return read
 
     def writer(self) -> Callable[[Any, Any], None]:
@@ -127,15 +138,3 @@ def numbers_of(record: Any) -> Sequence[float]:
     if isinstance(record, tuple):
         return [number for part in record for number in numbers_of(part)]
     return (record,)
-
-
-class PlainRow:
-    """A row that gives plain numbers and arrays, as the interpreted step has them."""
-
-    def __init__(self, row: np.ndarray[Any, Any]) -> None:
-        """`row`: of doubles."""
-        self._row, self._plain = row, row.tolist()
-
-    def __getitem__(self, place: Any) -> Any:
-        """Return a number, or for a slice an array."""
-        return self._row[place] if isinstance(place, slice) else self._plain[place]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .layout import PlainRow, numbers_of
+from .layout import numbers_of
 from .loading import Function
 from .steps import StepLayouts
 
@@ -26,17 +26,23 @@ class CompiledStep:
         self._rows = [np.zeros(each.size) for each in layouts]
         self._memory = [row.data.cast("B") for row in self._rows]
         self._addresses = tuple(row.ctypes.data for row in self._rows)
-        self._state_of = layouts.state.reader()
+        self._state_of = layouts.state.plain_reader()
         self._pack = struct.Struct(f"{layouts.sample.size}d").pack_into
         self._results = struct.Struct(f"{layouts.results.size}d").unpack_from
 
     def begin(self, coefficients: Any, state: Any) -> bool:
         """Go on from a state, with these coefficients; False where they do not fit the code."""
-        for place, record in ((1, coefficients), (2, state)):
-            numbers = numbers_of(record)
-            if len(numbers) != self._layouts[place].size:
-                return False
-            self._rows[place][:] = numbers
+        return self._write(1, coefficients) and self._write(2, state)
+
+    def change(self, coefficients: Any) -> bool:
+        """Go on with other coefficients; False, and nothing changed, where they do not fit."""
+        return self._write(1, coefficients)
+
+    def _write(self, place: int, record: Any) -> bool:
+        numbers = numbers_of(record)
+        if len(numbers) != self._layouts[place].size:
+            return False
+        self._rows[place][:] = numbers
         return True
 
     def step(self, sample: tuple[float, ...]) -> tuple[float, ...]:
@@ -48,4 +54,4 @@ class CompiledStep:
 
     def state(self) -> Any:
         """Return the state as it is now."""
-        return self._state_of(PlainRow(self._rows[2]))
+        return self._state_of(self._rows[2])

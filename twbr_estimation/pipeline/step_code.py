@@ -11,6 +11,9 @@ class StepCode(Protocol):
     def begin(self, coefficients: Any, state: Any) -> bool:
         """Go on from a state, with these coefficients; False where they do not fit the code."""
 
+    def change(self, coefficients: Any) -> bool:
+        """Go on with other coefficients; False, and nothing changed, where they do not fit."""
+
     def step(self, sample: tuple[float, ...]) -> tuple[float, ...]:
         """Take a sample; return the results."""
 

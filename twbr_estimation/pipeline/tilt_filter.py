@@ -74,8 +74,12 @@ class TiltFilter:
         Raises:
             ConfigurationError: a parameter is unknown or out of bounds; nothing changed.
         """
-        self.parameters = self.entry.configure(values)
-        self._coefficients = self.entry.derive(self.parameters, self._robot)
+        self.use_parameters(self.entry.configure(values))
+
+    def use_parameters(self, parameters: Any) -> None:
+        """Use other parameters, which `entry.configure` has made, from the next sample on."""
+        self.parameters = parameters
+        self._coefficients = self.entry.derive(parameters, self._robot)
 
     def use_robot(self, robot: Robot) -> None:
         """Use another geometry from the next sample on; the state stays."""

@@ -116,8 +116,8 @@ class WatchedFilter(TiltFilter):
 
     @valid_stddev.setter
     def valid_stddev(self, limit: float) -> None:
-        self._leave()
         self._valid_stddev = limit
+        self._change_code()
 
     @property
     def trusted(self) -> bool:
@@ -205,6 +205,13 @@ class WatchedFilter(TiltFilter):
         self._judged = (*estimate_of(state), *judged)
         return self._in_code
 
+    def _change_code(self) -> None:
+        """Give the machine code the present coefficients; where they fit, the state stays there."""
+        if not self._in_code or self._code is None:
+            return
+        if not self._code.change((self._coefficients, self._valid_stddev)):
+            self._leave()
+
     def _compiled_step(self, code: StepCode, sample: CorrectedSample) -> TiltEstimate:
         tilt = self._judged[0]
         if abs(tilt) > OVERTURNED:
@@ -240,19 +247,15 @@ class WatchedFilter(TiltFilter):
         rate = sample.gyro_y - bias
         return self.reset(TiltEstimate(reference.tilt, rate, bias, reference.variance), sample)
 
-    def configure(self, values: Mapping[str, float]) -> None:
-        """Use other parameters from the next sample on; the state stays.
-
-        Raises:
-            ConfigurationError: a parameter is unknown or out of bounds; nothing changed.
-        """
-        self._leave()
-        super().configure(values)
+    def use_parameters(self, parameters: Any) -> None:
+        """Use other parameters, which `entry.configure` has made, from the next sample on."""
+        super().use_parameters(parameters)
+        self._change_code()
 
     def use_robot(self, robot: Robot) -> None:
         """Use another geometry from the next sample on; the state stays."""
-        self._leave()
         super().use_robot(robot)
+        self._change_code()
 
     def succeed(self, other: WatchedFilter, sample: CorrectedSample) -> None:
         """Go on from another filter's estimate at the stamp of `sample`, judgement and counts.

@@ -81,15 +81,17 @@ class FilterStream:
             ConfigurationError: a value out of bounds; nothing changed.
         """
         before, settings = self._configuration, configuration.settings
-        for name, values in configuration.parameters.items():
-            if values != before.parameters.get(name):
-                filter_named(name).configure(values)
+        former, wanted = before.parameters, configuration.parameters
+        checked = {
+            name: filter_named(name).configure(wanted.get(name))
+            for name in (() if wanted is former else {**former, **wanted})
+            if former.get(name, {}) != wanted.get(name, {})
+        }
         self._configuration, self._tuned = configuration, None
         other_robot = configuration.robot != before.robot
         for running in self._running():
-            values = configuration.parameters.get(running.name, {})
-            if values != before.parameters.get(running.name, {}):
-                running.configure(values)
+            if running.name in checked:
+                running.use_parameters(checked[running.name])
             if running.valid_stddev != settings.valid_stddev:
                 running.valid_stddev = settings.valid_stddev
             if other_robot:
