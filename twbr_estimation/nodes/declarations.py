@@ -158,7 +158,7 @@ def parameters_from(
         owner: entries[owner].configure({**former.get(owner, {}), **each})._asdict()
         for owner, each in given.items()
     }
-    return {**former, **changed}
+    return {**former, **changed} if changed else former
 
 
 def _converted(name: str, value: Any, default: Any) -> Any:

@@ -80,8 +80,9 @@ class NodeParameters(Generic[Built]):
         self._checked: tuple[Mapping[str, Any], Built] | None = None
         self.current: Built = build(start, values)
         """Result of `build` for the values now in force."""
-        node.add_on_set_parameters_callback(self._on_set)
-        node.add_post_set_parameters_callback(self._on_changed)
+        if not all(each.read_only for each in self._declared.values()):
+            node.add_on_set_parameters_callback(self._on_set)
+            node.add_post_set_parameters_callback(self._on_changed)
 
     def _own(self, changes: list[Parameter]) -> dict[str, Any]:
         """Return the values of those that are declared here.

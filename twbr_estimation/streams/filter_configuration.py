@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Annotated
 
 from ..configuration.filter_settings import DEFAULT_FILTER, Settings
@@ -79,6 +80,13 @@ class FilterSettings:
         return tuple(dict.fromkeys(name for name in self.compare if name))
 
 
+@cache
+def _defaults(name: str) -> Mapping[str, float]:
+    """Return the default parameters of a filter by name."""
+    found: Mapping[str, float] = filter_named(name).configure()._asdict()
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class FilterConfiguration:
     """Everything the filters of one stream are made of."""
@@ -93,6 +101,6 @@ class FilterConfiguration:
         values = {
             name: given
             for name, given in self.parameters.items()
-            if filter_named(name).configure(given) != filter_named(name).configure()
+            if {**(defaults := _defaults(name)), **given} != defaults
         }
         return Settings(values, dt=self.settings.settings_dt, source="the parameters")
