@@ -19,6 +19,7 @@ from twbr_estimation.streams.messages import (
     decode_imu,
     decode_motor_command,
     decode_raw_imu,
+    diagnostic_values,
     encode_float64,
     encode_float64s,
 )
@@ -104,6 +105,32 @@ def test_diagnostics_are_written_as_others_read_them(values: dict[str, str]) -> 
         pairs = [new(value, *each) for each in values.items()]
         status = new("diagnostic_msgs/msg/DiagnosticStatus", 2, *said, pairs)
         assert read == new(kind, header(""), [status])
+
+
+def test_values_are_found_in_diagnostics_of_others() -> None:
+    kind, value = "diagnostic_msgs/msg/DiagnosticArray", "diagnostic_msgs/msg/KeyValue"
+    statuses = [
+        new(
+            "diagnostic_msgs/msg/DiagnosticStatus", 0, name, "ü", "", [new(value, *v) for v in each]
+        )
+        for name, each in (
+            ("a/driver", [("robot", "{}"), ("x", "robot"), ("", "y"), ("chip", '{"é": 1}')]),
+            ("other", []),
+            ("third", [("robots", "no"), ("robot", "")]),
+        )
+    ]
+    data = bytes(STORE.serialize_cdr(new(kind, header("map"), statuses), kind))
+    assert diagnostic_values(data, ("robot", "chip")) == [
+        ("a/driver", "robot", "{}"),
+        ("a/driver", "chip", '{"é": 1}'),
+        ("third", "robot", ""),
+    ]
+    assert (
+        diagnostic_values(DiagnosticEncoder("n", "").encode(0, b"\0", "", {"robot": "1"}), "") == []
+    )
+    for torn in (data[:-9], data[:70], data[:6], b"\0\0" + data[2:]):
+        with pytest.raises(MessageError):
+            diagnostic_values(torn, ("robot",))
 
 
 def test_float64() -> None:

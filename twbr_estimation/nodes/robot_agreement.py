@@ -16,9 +16,9 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 
 from ..robot import Robot
+from ..streams.messages import diagnostic_values
 from .qos import listen
 
 ROBOT, CHIP = "robot", "chip"
@@ -75,13 +75,10 @@ class RobotAgreement:
     def _take(self, data: bytes) -> None:
         if _ROBOT_MARK not in data and _CHIP_MARK not in data:  # spares the decoding of most
             return
-        for status in deserialize_message(data, DiagnosticArray).status:
-            space, _, name = status.name.rpartition("/")
-            if space != self._space or status.name == self._own.lstrip("/"):
-                continue
-            for value in status.values:
-                if value.key in (ROBOT, CHIP):
-                    self.note(name, value.key, value.value, time.monotonic())
+        for status, key, value in diagnostic_values(data, (ROBOT, CHIP)):
+            space, _, name = status.rpartition("/")
+            if space == self._space and status != self._own.lstrip("/"):
+                self.note(name, key, value, time.monotonic())
 
     def note(self, node: str, key: str, text: str, now: float) -> None:
         """Take what a node states at `now` [s]; what is no JSON of a robot is left out."""

@@ -8,7 +8,7 @@ counts from the byte after them. `bags` decodes whole batches of the same format
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 
 from ..errors import MessageError
@@ -347,6 +347,37 @@ class DiagnosticEncoder:
         data = bytearray().join(found)
         _write_stamp(data, _STAMP, *divmod(stamp, NANOSECONDS_PER_SECOND))
         return bytes(data)
+
+
+def diagnostic_values(data: bytes, keys: Collection[str]) -> list[tuple[str, str, str]]:
+    """Return status, key and value of those with these keys in a serialised DiagnosticArray.
+
+    Raises:
+        MessageError: not a DiagnosticArray in little-endian XCDR version 1.
+    """
+    found = []
+    wanted = {_text(key): key for key in keys}
+    try:
+        end = _aligned(_end_of_text(data, _FRAME), 4) + 4
+        for _ in range(_read_count(data, end - 4)[0]):
+            name = _aligned(end + 1, 4)  # after the level
+            sentence = _aligned(_end_of_text(data, name), 4)
+            device = _aligned(_end_of_text(data, sentence), 4)
+            end = _aligned(_end_of_text(data, device), 4) + 4
+            for _ in range(_read_count(data, end - 4)[0]):
+                begin = _aligned(end, 4)
+                value = _aligned(_end_of_text(data, begin), 4)
+                end = _end_of_text(data, value)
+                if key := wanted.get(data[begin:value]):
+                    found.append((_string(data, name)[0], key, _string(data, value)[0]))
+    except (struct.error, UnicodeDecodeError) as error:
+        raise MessageError(f"a DiagnosticArray of {len(data)} bytes: {error}") from None
+    _require_encoding(data)
+    return found
+
+
+def _end_of_text(data: bytes, offset: int) -> int:
+    return offset + 4 + int(_read_count(data, offset)[0])
 
 
 @lru_cache(maxsize=512)
