@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable
 from typing import Any
 
@@ -52,7 +51,6 @@ class MachineCode:
                 self._node.get_logger().warning(steps.refusal)
             if steps.names:
                 self._use(steps)
-                gc.freeze()  # what was loaded stays, and a search through it takes 0.03 s
 
 
 def listen_to_wheels(node: Node, settings: InputSettings, callback: Callable[[bytes], None]) -> Any:
