@@ -383,7 +383,7 @@ def _end_of_text(data: bytes, offset: int) -> int:
 @lru_cache(maxsize=512)
 def _text(text: str) -> bytes:
     """Return a serialised string, filled up to where the next one begins."""
-    data = text.encode() + b"\0"
+    data = text.encode(errors="replace") + b"\0"  # of a path, it may hold what is no text
     return struct.pack("<I", len(data)) + data + bytes(-len(data) % 4)
 
 
