@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats.qmc import Halton
 
 from ..filters.base import Filter, Parameter
 from ..recording import FloatArray
@@ -168,6 +167,12 @@ def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
 
 def _everywhere(run: _Search, seed: int) -> list[tuple[float, FloatArray]]:
     """Return figures and places all over the bounds, best first."""
-    spread = Halton(len(run.axes), seed=seed).random(_POINTS * len(run.axes))
+    size = len(run.axes)
+    root = 2.0
+    for _ in range(50):  # x^(size + 1) = x + 1: the multiples of its powers fill a cube evenly
+        root = (1.0 + root) ** (1.0 / (size + 1))
+    steps = root ** -np.arange(1.0, size + 1)
+    begin = np.random.default_rng(seed).random(size)
+    spread = (begin + np.outer(np.arange(_POINTS * size), steps)) % 1.0
     places = run.low + (run.high - run.low) * spread
     return sorted(((run.figure(place), place) for place in places), key=lambda each: each[0])
