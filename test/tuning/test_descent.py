@@ -52,5 +52,14 @@ def test_a_setting_that_diverges_is_no_way_down() -> None:
     assert 0.0 < figure < 24.2
 
 
-def test_a_start_that_diverges_is_left_alone() -> None:
-    assert descend(lambda place: USELESS, np.zeros(2), LOW, HIGH, 9)[0] == math.inf
+@pytest.mark.parametrize("merit", [USELESS, Merit(1e300, np.full(2, 1e150))])
+def test_a_start_that_diverges_is_left_alone(merit: Merit) -> None:
+    assert descend(lambda place: merit, np.zeros(2), LOW, HIGH, 9)[0] == math.inf
+
+
+@pytest.mark.filterwarnings("error")
+def test_errors_too_large_to_be_squared_are_no_way_down() -> None:
+    def run(place: FloatArray) -> Merit:
+        return Merit(1e300, np.full(2, 1e150)) if place[0] > -1.0 else valley(place)
+
+    assert descend(run, np.array([-1.2, 1.0]), LOW, HIGH, 60)[1][0] <= -1.0

@@ -34,13 +34,14 @@ def descend(
         high: largest place, (n,).
         steps: how many at most; each asks for n + 1 merits.
     """
-    count = run(place).errors.size
-    if not count:
+    begun = run(place)
+    if _diverges(begun):
         return math.inf, place
+    count = begun.errors.size
 
     def errors(at: FloatArray) -> FloatArray:
         merit = run(at)
-        return merit.errors if math.isfinite(merit.figure) else np.full(count, _DIVERGED)
+        return np.full(count, _DIVERGED) if _diverges(merit) else merit.errors
 
     def slopes(at: FloatArray) -> FloatArray:
         here, columns = errors(at), []
@@ -48,9 +49,12 @@ def descend(
             there = at.copy()
             there[index] += step
             merit = run(there)
-            finite = math.isfinite(merit.figure)
-            columns.append((merit.errors - here) / step if finite else np.zeros(count))
+            columns.append(np.zeros(count) if _diverges(merit) else (merit.errors - here) / step)
         return np.array(columns).T
 
     found = least_squares(errors, place, slopes, (low, high), ftol=WORTH, xtol=1e-4, max_nfev=steps)
     return 2.0 * float(found.cost), found.x
+
+
+def _diverges(merit: Merit) -> bool:
+    return not merit.figure < _DIVERGED**2
