@@ -29,7 +29,7 @@ def no_progress(best: float, values: Mapping[str, float]) -> None:
 
 
 _POINTS = 64  # all over the bounds, per parameter
-_GLOBAL_STARTS = 8  # points that are refined beside the given starts
+_GLOBAL_STARTS = 5  # points that are refined beside the given starts
 _FIRST_STEPS = 5  # from each start; then the best of them go on
 _FINALISTS = 2
 _STEPS = 10  # of those
