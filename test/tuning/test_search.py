@@ -68,6 +68,19 @@ def test_many_parameters_are_refined_by_a_few_steps_unless_thoroughly() -> None:
     assert thorough.figure < 1e-6 < quick.figure < 0.5 * bowl(dict.fromkeys(MANY, 1.0)).figure
 
 
+def test_parameters_that_change_nothing_cost_one_evaluation_each() -> None:
+    asked: list[Mapping[str, float]] = []
+
+    def one(values: Mapping[str, float]) -> Merit:
+        asked.append(values)
+        return merit(values["p3"] - 0.8)
+
+    found = search(MANY, one)
+    others = [dict(values, p3=1.0) for values in asked]
+    assert found.figure < 1e-6
+    assert sum(values != dict.fromkeys(MANY, 1.0) for values in others) == len(MANY) - 1
+
+
 def test_a_valley_far_from_every_start_is_found_thoroughly_only() -> None:
     def far(values: Mapping[str, float]) -> Merit:
         near_start = merit(0.1, *(value - 1.0 for value in values.values()))

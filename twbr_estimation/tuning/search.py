@@ -148,16 +148,31 @@ def _search_everywhere(run: _Search, starts: Sequence[Mapping[str, float]], seed
 
 
 def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
-    """Search around the best by a simplex with edges of these sizes, (n,)."""
+    """Search around the best by a simplex with edges of these sizes, (n,).
+
+    A parameter that changes not one bit of the figure is left alone: it may be one of a sensor that
+    no recording has, and each needs evaluations.
+    """
     place = run.places(run.best[1])
     inward = np.where(place + sizes > run.high, -sizes, sizes)
+    usual = run.figure(place)
+    felt = np.array([run.figure(corner) != usual for corner in place + np.diag(inward)])
+    if not felt.any():
+        return
+
+    def figure(part: FloatArray) -> float:
+        there = place.copy()
+        there[felt] = part
+        return run.figure(there)
+
+    begin = place[felt]
     minimize(
-        run.figure,
-        place,
+        figure,
+        begin,
         method="Nelder-Mead",
-        bounds=list(zip(run.low, run.high, strict=True)),
+        bounds=list(zip(run.low[felt], run.high[felt], strict=True)),
         options={
-            "initial_simplex": np.vstack([place, place + np.diag(inward)]),
+            "initial_simplex": np.vstack([begin, begin + np.diag(inward[felt])]),
             "maxfev": evaluations,
             "xatol": _SMALL,
             "fatol": _ALIKE * run.best[0],

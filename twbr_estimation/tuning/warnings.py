@@ -87,6 +87,8 @@ def _is_flat(name: str, values: Mapping[str, float], figure: Figure, usual: floa
             changed = figure({**values, name: factor * values[name]})
         except ConfigurationError:  # beyond the bounds there is nothing to learn
             continue
+        if changed == usual:  # to the last bit: nothing asks for it
+            return True
         if not abs(changed - usual) < _INSENSITIVE * usual:
             return False
         allowed = True
