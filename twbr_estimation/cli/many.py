@@ -61,8 +61,10 @@ def add_many(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def workers_of(arguments: argparse.Namespace, default: int | None = None) -> Iterator[Workers]:
-    """Give the workers that the arguments of `add_workers` name."""
+def workers_of(
+    arguments: argparse.Namespace, default: int | None = None, module: str = ""
+) -> Iterator[Workers]:
+    """Give the workers that the arguments of `add_workers` name; they begin to import `module`."""
     if arguments.dask is not None:
         from ..workers.dask_cluster import DaskCluster
 
@@ -77,7 +79,7 @@ def workers_of(arguments: argparse.Namespace, default: int | None = None) -> Ite
         raise ConfigurationError(f"--jobs {jobs}: at least 1 is needed")
     from ..workers import LocalPool, ThisProcess
 
-    yield ThisProcess() if jobs == 1 else LocalPool(jobs)
+    yield ThisProcess() if jobs == 1 else LocalPool(jobs, module)
 
 
 def _processors() -> int:

@@ -24,6 +24,7 @@ from ..printing.console import SafeConsole
 from ..tuning.filter import TunedFilter
 from ..tuning.objective import Objective
 from ..tuning.search import GLOBAL_PARAMETERS, tunable
+from ..tuning.several import tune_unit
 from ..tuning.tune import TuningRequest, TuningResult, tune, write_tuned
 from ..workers import Workers
 from .arguments import (
@@ -116,7 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigurationError(f"{target}: exists already; --overwrite replaces it")
     request = _request(arguments)
     with (
-        workers_of(arguments) as some,
+        workers_of(arguments, module=tune_unit.__module__) as some,
         _remembering(arguments, request, some) as workers,
         lines(console) as line,
     ):

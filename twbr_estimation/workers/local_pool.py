@@ -9,6 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from itertools import islice
+from multiprocessing import forkserver
 from typing import Any
 
 from ..errors import WorkerError
@@ -24,11 +25,24 @@ _WAITING = 2  # units a process, one at work and one ready
 class LocalPool:
     """Does several units at once in processes of this machine."""
 
-    def __init__(self, jobs: int) -> None:
-        """`jobs`: how many processes."""
+    def __init__(self, jobs: int, module: str = "") -> None:
+        """Get ready.
+
+        Args:
+            jobs: how many processes.
+            module: of the work; where it is known early, it is imported while the work is prepared.
+        """
         self._jobs = jobs
         # Processes are forked from a clean one: this one may have threads.
         self._context = multiprocessing.get_context("forkserver")
+        if module:
+            self._import(module)
+
+    def _import(self, module: str) -> None:
+        """Have a module imported where processes are forked from; a second one changes nothing."""
+        self._context.set_forkserver_preload([module])
+        with interrupts_held():
+            forkserver.ensure_running()
 
     def run(self, work: Work, units: Iterable[Any], report: Report) -> Outcomes:
         """As `Workers`; a process that dies costs its unit's time, no result."""
@@ -56,7 +70,7 @@ class LocalPool:
         first = next(source, _END)
         if first is _END:
             return
-        self._context.set_forkserver_preload([work.function.__module__])
+        self._import(work.function.__module__)
         with interrupts_held():
             reports, stop = self._context.Queue(), self._context.Event()
         with ProcessPoolExecutor(jobs, self._context, _begin, (work, reports, stop)) as pool:
