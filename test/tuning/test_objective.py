@@ -113,3 +113,25 @@ def test_a_reference_with_a_gap_is_compared_outside_of_it() -> None:
     error = broken.errors(tilt[broken.known])
     assert 1500 < error.size < 1700
     assert set(error) <= set(whole.errors(tilt[whole.known]))
+
+
+@pytest.mark.parametrize("hole", [(2e9, 4e9), (30e9, 30e9), (0.0, 15e9)])
+def test_the_beginning_of_a_recording_is_judged_as_in_the_whole(hole: tuple[float, float]) -> None:
+    recording = simulate("paper", 0.01, 20.0, 31).recording
+    reference = recording.reference
+    assert reference is not None
+    time = reference.stamps - reference.stamps[0]
+    kept = (time < hole[0]) | (time >= hole[1])
+    parts = replace(reference, stamps=reference.stamps[kept], tilt=reference.tilt[kept], rate=None)
+    whole = prepare(Drive(replace(recording, reference=parts)))
+    part = whole.beginning
+    if hole[0] == 0.0:  # no reference there
+        assert part is whole
+        return
+    assert part.corrected.stamps.size == 500
+    errors, first = (
+        each.errors(each.corrected.field("angle")[each.known]) for each in (whole, part)
+    )
+    assert np.array_equal(first, errors[: first.size])
+    assert np.array_equal(part.slope, whole.slope[: first.size])
+    assert part.joined is None or part.joined.size == first.size - 1

@@ -41,6 +41,20 @@ def test_it_is_found_with_every_seed(seed: int) -> None:
     assert found.figure < 1e-4
 
 
+def test_points_are_chosen_by_a_rougher_judge() -> None:
+    begun: list[float] = []
+
+    def judge(values: Mapping[str, float]) -> Merit:
+        begun.append(values["gain"])
+        return two_valleys(values)
+
+    def left(values: Mapping[str, float]) -> Merit:
+        return merit(values["gain"] + 4.0, math.log10(values["noise"]))
+
+    search(WIDE, judge, rough=left)
+    assert min(begun) < -3.0 and sum(gain > 4.0 for gain in begun) < 5
+
+
 def test_the_same_seed_finds_the_same() -> None:
     assert search(WIDE, two_valleys, seed=4) == search(WIDE, two_valleys, seed=4)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -84,7 +84,9 @@ def tune_filter(task: TuningTask, name: str, progress: Progress = no_progress) -
     defaults = {each.name: each.default for each in parameters.values()}
     starts = [defaults, *({**defaults, **_only(s, parameters)} for s in task.starts.get(name, ()))]
     judge = _judge(entry, task)
-    found = search(parameters, judge, starts, task.seed, progress, task.thorough)
+    part = replace(task, training=tuple(each.beginning for each in task.training))
+    rough = _judge(entry, part)
+    found = search(parameters, judge, starts, task.seed, progress, task.thorough, rough)
     return judged(task, name, found.values, judge=judge)
 
 

@@ -25,6 +25,8 @@ SLOPE_HALF_WIDTH = 0.01
 """The reference's rate is its difference over twice this [s]: one sample shows its counts only."""
 LONGEST_STEP = 1.5
 """Samples further apart than this many usual periods have a hole between them."""
+BEGINNING = 0.25
+"""Share of a recording on which a search chooses where to look closer."""
 _WEIGHTS = {"delay": 0.01, "roughness": 1e-4}
 _DEGREES_SQUARED = math.degrees(1.0) ** 2
 
@@ -136,6 +138,28 @@ class TuningSet:
     def has_wheels(self) -> bool:
         """Whether any sample has a wheel reading."""
         return bool(np.any(self.samples.field("wheel_count") > 0.0))
+
+    @property
+    def beginning(self) -> TuningSet:
+        """The first `BEGINNING` of it; all of it where too few samples have a reference there."""
+        count = round(BEGINNING * self.samples.stamps.size)
+        known = np.isin(np.arange(count), np.arange(self.samples.stamps.size)[self.known])
+        kept = int(known.sum())
+        if kept < 2:
+            return self
+        samples, corrected = (
+            (track.stamps[:count], np.ascontiguousarray(track.columns[:, :count]))
+            for track in (self.samples, self.corrected)
+        )
+        return replace(
+            self,
+            samples=SampleTrack(*samples),
+            corrected=CorrectedTrack(*corrected),
+            reference=self.reference[:kept],
+            known=_index_of(known),
+            slope=self.slope[:kept],
+            joined=None if self.joined is None else self.joined[: kept - 1],
+        )
 
     def corrected_with(self, settings: CorrectionSettings) -> TuningSet:
         """Return the set as other settings of the correction leave it."""

@@ -63,12 +63,12 @@ class _Search:
         self.high = np.array([axis.high for axis in axes.values()])
 
     def __call__(self, places: FloatArray) -> Merit:
-        return self.at(
-            {
-                name: axis.value(place)
-                for (name, axis), place in zip(self.axes.items(), places.tolist(), strict=True)
-            }
-        )
+        return self.at(self.values(places))
+
+    def values(self, places: FloatArray) -> dict[str, float]:
+        """Return the values that belong to places on the axes."""
+        named = zip(self.axes.items(), places.tolist(), strict=True)
+        return {name: axis.value(place) for (name, axis), place in named}
 
     def at(self, values: dict[str, float]) -> Merit:
         merit = self._judge(values)
@@ -80,14 +80,23 @@ class _Search:
 
     def figure(self, places: FloatArray) -> float:
         """Return the figure at places, infinite where it diverges."""
-        figure = self(places).figure
-        return figure if math.isfinite(figure) else math.inf
+        return _finite(self(places))
+
+    def roughly(self, rough: Judge, places: FloatArray) -> float:
+        """Return the figure of another judge, which is not the best of anything."""
+        self.evaluations += 1
+        self._progress(*self.best)
+        return _finite(rough(self.values(places)))
 
     def places(self, values: Mapping[str, float]) -> FloatArray:
         """Return where values lie on the axes, within the bounds."""
         found = np.array([axis.scaled(values[name]) for name, axis in self.axes.items()])
         inside: FloatArray = np.clip(found, self.low, self.high)
         return inside
+
+
+def _finite(merit: Merit) -> float:
+    return merit.figure if math.isfinite(merit.figure) else math.inf
 
 
 def tunable(entry: Filter) -> dict[str, Parameter]:
@@ -102,6 +111,7 @@ def search(
     seed: int = 0,
     progress: Progress = no_progress,
     thorough: bool = False,
+    rough: Judge | None = None,
 ) -> SearchResult:
     """Find the values that make the figure smallest.
 
@@ -117,6 +127,7 @@ def search(
         seed: of the points; the same seed finds the same.
         progress: called after every evaluation; what it raises ends the search.
         thorough: whether any number of parameters is searched globally.
+        rough: chooses among the points all over the bounds at less cost; `judge` where None.
 
     Returns:
         The best values met.
@@ -127,18 +138,20 @@ def search(
     if not starts:
         run.at({name: each.default for name, each in parameters.items()})
     if thorough or len(parameters) <= GLOBAL_PARAMETERS:
-        _search_everywhere(run, starts, seed)
+        _search_everywhere(run, starts, seed, rough or judge)
     elif run.best[1]:
         _look_around(run, np.minimum(_FEW_SIZE[0] * (run.high - run.low), _FEW_SIZE[1]), _FEW_STEPS)
     return SearchResult(run.best[1], run.best[0], run.evaluations)
 
 
-def _search_everywhere(run: _Search, starts: Sequence[Mapping[str, float]], seed: int) -> None:
+def _search_everywhere(
+    run: _Search, starts: Sequence[Mapping[str, float]], seed: int, rough: Judge
+) -> None:
     size = len(run.axes)
     if not size:
         return
-    found = _everywhere(run, seed)
-    places = [*(place for _, place in found[:_GLOBAL_STARTS]), *map(run.places, starts)]
+    best = sorted(_everywhere(run, seed), key=lambda place: run.roughly(rough, place))
+    places = [*best[:_GLOBAL_STARTS], *map(run.places, starts)]
     begun = [descend(run, place, run.low, run.high, _FIRST_STEPS) for place in places]
     begun.sort(key=lambda each: each[0])
     for _, place in begun[:_FINALISTS]:
@@ -180,8 +193,8 @@ def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
     )
 
 
-def _everywhere(run: _Search, seed: int) -> list[tuple[float, FloatArray]]:
-    """Return figures and places all over the bounds, best first."""
+def _everywhere(run: _Search, seed: int) -> FloatArray:
+    """Return places all over the bounds, (points, n)."""
     size = len(run.axes)
     root = 2.0
     for _ in range(50):  # x^(size + 1) = x + 1: the multiples of its powers fill a cube evenly
@@ -189,5 +202,5 @@ def _everywhere(run: _Search, seed: int) -> list[tuple[float, FloatArray]]:
     steps = root ** -np.arange(1.0, size + 1)
     begin = np.random.default_rng(seed).random(size)
     spread = (begin + np.outer(np.arange(_POINTS * size), steps)) % 1.0
-    places = run.low + (run.high - run.low) * spread
-    return sorted(((run.figure(place), place) for place in places), key=lambda each: each[0])
+    places: FloatArray = run.low + (run.high - run.low) * spread
+    return places
