@@ -100,3 +100,9 @@ def test_the_tilt_of_a_robot_that_lies_must_be_better_known(tilt: float) -> None
         True,
     ]
     assert list(verdicts([(little, LONG), (more, DT)], tilt=0.9 * LYING)) == [True, True]
+
+
+def test_a_lie_at_the_start_has_to_be_made_good_by_a_robot_that_lies_too() -> None:
+    phases = [(PROVEN, SHORT), (BETWEEN, DT), (0.9 * LYING_STDDEV, SHORT), (PROVEN, DT)]
+    found = list(verdicts(phases, tilt=LYING + 0.01, self_judged=True))
+    assert found == [True, False, False, True]

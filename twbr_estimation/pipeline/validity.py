@@ -369,12 +369,12 @@ def _certainty(
     tilt that has long been certain must not stop the motors of a robot that balances.
     """
     limit = valid_stddev
-    if abs(wrapped(estimate.tilt)) > LYING:
-        limit = min(LYING_STDDEV, valid_stddev)
-    elif before.time < 0.0:
-        limit = min(before.needed if before.time > -PROVEN_TIME else EARNED_STDDEV, valid_stddev)
+    if before.time < 0.0:
+        limit = min(before.needed if before.time > -PROVEN_TIME else EARNED_STDDEV, limit)
     elif before.time <= EARNED_TIME:
-        limit = min(EARNED_STDDEV if before.lost > 0.0 else FIRST_STDDEV, valid_stddev)
+        limit = min(EARNED_STDDEV if before.lost > 0.0 else FIRST_STDDEV, limit)
+    if abs(wrapped(estimate.tilt)) > LYING:
+        limit = min(LYING_STDDEV, limit)
     if estimate.tilt_variance <= limit * limit:
         time = before.time + dt if before.time >= 0.0 else 0.0
         return Certainty(time, before.lost, before.needed)
