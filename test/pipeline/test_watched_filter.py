@@ -44,10 +44,12 @@ def smooth(time: FloatArray, start: float, duration: float) -> FloatArray:
     return np.asarray(part**3 * (10.0 - 15.0 * part + 6.0 * part**2))
 
 
-def samples(tilt: FloatArray, seed: int, bias: float = 0.0) -> Iterator[CorrectedSample]:
+def samples(
+    tilt: FloatArray, seed: int, bias: float = 0.0, accel_noise: float = 0.04
+) -> Iterator[CorrectedSample]:
     random, rate = np.random.default_rng(seed), np.gradient(tilt, DT) + bias
     read = np.clip(rate + 0.002 * random.standard_normal(tilt.size), -RANGE, RANGE)
-    noise = 0.04 * random.standard_normal((2, tilt.size))
+    noise = accel_noise * random.standard_normal((2, tilt.size))
     forward = -STANDARD_GRAVITY * np.sin(tilt) + noise[0]
     up = STANDARD_GRAVITY * np.cos(tilt) + noise[1]
     zeros = dict.fromkeys(CorrectedSample._fields, 0.0)
@@ -327,6 +329,14 @@ def test_a_gyro_bias_is_learnt_at_rest_or_the_tilt_is_not_trusted(name: str, bia
     assert not ((found.error > 5.0) & (found.trusted > 0.0))[later].any()
     assert bool(found.trusted[-1]) == found.running.entry.estimates_gyro_bias
     assert found.error[-1] < 5.0 or not found.running.entry.estimates_gyro_bias
+
+
+@pytest.mark.parametrize("name", [*SOME, "kalman"])
+def test_a_rest_shows_a_gyro_bias_through_a_noisy_accelerometer(name: str) -> None:
+    tilt = np.full(2000, 0.02)
+    found = run(name, tilt, list(samples(tilt, seed=28, bias=0.2, accel_noise=0.2)))
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[found.after(2.0)].any()
+    assert bool(found.trusted[-1]) == found.running.entry.estimates_gyro_bias
 
 
 @pytest.mark.parametrize("name", SOME)

@@ -11,10 +11,13 @@ from ..samples import CorrectedSample, gravity_excess, wrapped
 
 REST_TIME, LONGEST = 1.0, 10.0
 """Time over which the accelerometer has to be steady, and after which the sums begin again [s]."""
+SMOOTHED = 0.05
+"""Time constant over which its angle and the specific force are averaged before [s]: a rest shows
+behind a noisy accelerometer, too."""
 STEADY = 0.06
-"""Distance of its angle from the mean [rad] up to which it is."""
+"""Distance of that angle from the mean [rad] up to which it is."""
 STEADY_SHARE = 0.05
-"""Share of gravity by which the specific force may be longer or shorter then."""
+"""Share of gravity by which that specific force may be longer or shorter then."""
 STEADY_RATE = 0.03
 """Distance of the rate from its mean [rad/s] up to which the body rests, whatever its bias."""
 SLOPE = 0.02
@@ -39,6 +42,10 @@ class RestSums(NamedTuple):
     wrong: float
     """1 where the last rest has shown that the filter ignores a bias, 0.5 where the present one
     may show it, else 0."""
+    off: float
+    """The angle, averaged over `SMOOTHED` [rad]."""
+    excess: float
+    """By which share of gravity the specific force is longer, averaged likewise."""
 
 
 class Shown(NamedTuple):
@@ -52,7 +59,11 @@ class Shown(NamedTuple):
 
 def begin(sample: CorrectedSample) -> RestSums:
     """Start with a first sample."""
-    return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return _afresh(sample, 0.0, gravity_excess(sample))
+
+
+def _afresh(sample: CorrectedSample, wrong: float, excess: float) -> RestSums:
+    return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, wrong, 0.0, excess)
 
 
 def continued(before: RestSums, sample: CorrectedSample, turned: float, blind: bool) -> RestSums:
@@ -64,15 +75,18 @@ def continued(before: RestSums, sample: CorrectedSample, turned: float, blind: b
         turned: what the gyro has turned since the one before [rad].
         blind: whether it hides something.
     """
-    if before.time > LONGEST or blind or abs(gravity_excess(sample)) > STEADY_SHARE:
-        return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
     dt, off = sample.dt, wrapped(sample.angle - before.angle)
+    share = dt / (dt + SMOOTHED)
+    excess = before.excess + share * (gravity_excess(sample) - before.excess)
+    smooth = before.off + share * (off - before.off)
+    if before.time > LONGEST or blind or abs(excess) > STEADY_SHARE:
+        return _afresh(sample, before.wrong, excess)
     time, shift = before.time + dt, before.shift + off * dt
     turn, moment = before.turned + turned, before.moment + off * dt * (time - 0.5 * dt)
-    if abs(off - shift / time) > STEADY or abs(turned / dt - turn / time) > STEADY_RATE:
-        return RestSums(0.0, sample.angle, 0.0, 0.0, 0.0, 0.0, before.wrong)
+    if abs(smooth - shift / time) > STEADY or abs(turned / dt - turn / time) > STEADY_RATE:
+        return _afresh(sample, before.wrong, excess)
     found = 1.0 if time >= REST_TIME and abs(_slope(time, shift, moment)) < SLOPE else 0.0
-    return RestSums(time, before.angle, shift, moment, turn, found, before.wrong)
+    return RestSums(time, before.angle, shift, moment, turn, found, before.wrong, smooth, excess)
 
 
 def _slope(time: float, shift: float, moment: float) -> float:
@@ -90,4 +104,14 @@ def shown_by(rest: RestSums) -> Shown:
 
 def judged_wrong(rest: RestSums, wrong: float) -> RestSums:
     """Return the same sums with another judgement of the filter, 1 or 0; see `RestSums`."""
-    return RestSums(rest.time, rest.angle, rest.shift, rest.moment, rest.turned, rest.found, wrong)
+    return RestSums(
+        rest.time,
+        rest.angle,
+        rest.shift,
+        rest.moment,
+        rest.turned,
+        rest.found,
+        wrong,
+        rest.off,
+        rest.excess,
+    )
