@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation import batch
+from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline import correction
 from twbr_estimation.pipeline.coefficients import derive
 from twbr_estimation.pipeline.correction import Corrector
@@ -80,6 +81,39 @@ def test_wrong_encoder_placement_or_lever_sign_is_worse() -> None:
         Robot(lever_arm=(0.0, 0.0, -0.135)),
     ):
         assert angle_error(samples, Setup(wrong, correction=QUICK)) > 1.0
+
+
+def coarse_robot(robot: Robot, counts: float) -> SampleTrack:
+    """Return what `robot` reports every 5 ms where its encoder counts so many steps a turn."""
+    samples = moving_robot(robot)
+    columns = samples.columns[:, ::50].copy()
+    columns[0, 1:] = 50.0 * DT
+    step = 2.0 * math.pi / counts
+    columns[7] = step * np.floor(columns[7] / step)
+    return SampleTrack(samples.stamps[::50], columns)
+
+
+@pytest.mark.parametrize("counts", [12.0, 24.0])
+def test_a_coarse_encoder_is_better_than_none(counts: float) -> None:
+    entry, errors = filter_named("complementary"), []
+    for wheel in (True, False):
+        setup = Setup(correction=CorrectionSettings(wheel=wheel))
+        corrected = batch.correct(coarse_robot(setup.robot, counts), setup)
+        tilt = batch.run_filter(entry, entry.configure({}), corrected, setup.robot).tilt
+        errors.append(np.degrees(tilt - TILT[::50])[TIME[::50] > 1.0])
+    assert np.std(errors[0]) < 0.7 * np.std(errors[1])
+
+
+@pytest.mark.parametrize(("radius", "counts"), [(0.3, 24.0), (0.1, 12.0)])
+def test_an_encoder_too_coarse_for_any_use_is_not_used(radius: float, counts: float) -> None:
+    robot = Robot(wheel_radius=radius)
+    samples = coarse_robot(robot, counts)
+    found, expected = (
+        batch.correct(samples, Setup(robot, correction=CorrectionSettings(wheel=wheel)))
+        for wheel in (True, False)
+    )
+    late = TIME[::50] > 3.0
+    np.testing.assert_allclose(found.field("angle")[late], expected.field("angle")[late], atol=0.2)
 
 
 def upright(**changes: float) -> Sample:

@@ -23,6 +23,17 @@ _FREE_FALL = 1e-3  # below this specific force [m/s^2] there is no direction to 
 
 FASTEST_WHEEL = 200.0
 """No wheel turns faster [rad/s]: the counter wrapped, or began again."""
+LARGEST_STEP, COARSEST = 8.0, 0.06
+"""Jump of the wheels' acceleration by one step of the encoder [m/s^2] up to which that is taken as
+it is; of a coarser encoder it is averaged until a step makes no more, and left out where that would
+take longer than the second [s]."""
+BRIEF = 0.05
+"""Time for which an encoder angle changes by one step [s], spread over the samples between two
+readings at the most; a robot that sets off changes it for longer."""
+STEP_GROWTH, STEP_SHARE, FINEST_STEP = 2.0, 0.3, 1e-3
+"""How many times larger than believed a step may be taken for at once, the share by which a
+smaller one counts, and where the search begins [rad]."""
+_STANDS = 1e-9  # smallest change of an encoder angle [rad]
 _NO_WHEEL, _WHEEL_ANGLE, _WHEEL_VELOCITY = 0.0, 1.0, 2.0
 
 
@@ -44,6 +55,14 @@ class State(NamedTuple):
     roll_rate: float
     """Rates about the body's x and z axes after the low-pass (16); 0 without two encoders."""
     yaw_rate: float
+    moving: float
+    """Time since the encoder angle last stood [s]."""
+    set_off: float
+    """Its first change after that [rad]."""
+    step: float
+    """The change that one step of an encoder makes in a sample [rad]; 0 until seen."""
+    forward: float
+    """The wheels' acceleration (20), averaged where the encoder is coarse [m/s^2]."""
 
 
 def _corrected(
@@ -136,6 +155,10 @@ def start(sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:
         sample.wheel_difference,
         two * gyro[0],
         two * gyro[2],
+        2.0 * BRIEF,
+        0.0,
+        0.0,
+        0.0,
     ), corrected
 
 
@@ -164,9 +187,15 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     euler = turn * arm_up - spin * arm_forward  # (15)
     centrifugal = spin * arm_up + turn * arm_forward  # (14)
     velocity, known = _wheel_velocity(state, sample, pitch_rate, c)
-    forward = 0.0
+    forward, moving, set_off, one_step = 0.0, 2.0 * BRIEF, 0.0, state.step
     if known == _WHEEL_VELOCITY and state.wheel_known == _WHEEL_VELOCITY:
+        moving, set_off, one_step = _encoder_step(state, sample)
         forward = (velocity - state.velocity) / dt * c.wheel  # (20)
+        needed = c.wheel_radius * one_step / LARGEST_STEP / (dt + c.velocity_time_constant)
+        if needed > COARSEST:
+            forward = 0.0
+        elif needed > dt:
+            forward = state.forward + dt / needed * (forward - state.forward)
     back = -accel[0] + euler + forward * math.cos(state.angle)  # (21), numerator of (13)
     up = accel[2] + centrifugal - forward * math.sin(state.angle)
     roll_rate, yaw_rate = 0.0, 0.0
@@ -192,6 +221,10 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
         sample.wheel_difference,
         roll_rate,
         yaw_rate,
+        moving,
+        set_off,
+        one_step,
+        forward,
     ), corrected
 
 
@@ -217,6 +250,24 @@ def turning_acceleration(
     forward = roll * (pitch * y + yaw * z) - yaw * yaw * x - yaw_turn * y
     up = yaw * (roll * x + pitch * y) - roll * roll * z + roll_turn * y
     return forward, up
+
+
+def _encoder_step(state: State, sample: Sample) -> tuple[float, float, float]:
+    """Return `moving`, `set_off` and `step` of the next state, the encoder being known before.
+
+    The angle of a fine encoder stands where the wheel does, that of a coarse one between steps.
+    """
+    size = abs(sample.wheel_angle - state.wheel_angle)
+    if size > _STANDS:
+        set_off = size if state.moving == 0.0 else state.set_off
+        return state.moving + sample.dt, set_off, state.step
+    found, size = state.step, state.set_off
+    if 0.0 < state.moving <= BRIEF:
+        if size > found:
+            found = min(size, STEP_GROWTH * max(found, FINEST_STEP))
+        else:
+            found += STEP_SHARE * (size - found)
+    return 0.0, 0.0, found
 
 
 def _wheel_velocity(
