@@ -398,3 +398,37 @@ def test_a_start_in_a_shaking_hand_is_not_trusted_before_it_rests() -> None:
     found = run("complementary", tilt, readings)
     assert found.wrong_and_trusted() == 0.0
     assert found.trusted[found.after(4.5)].all()
+
+
+def turned_about(
+    readings: list[CorrectedSample], rate: FloatArray, radius: float, ratio: float
+) -> list[CorrectedSample]:
+    """Return the readings of a sensor on a circle, and wheels that turn `ratio` times as fast."""
+    found, turned = [], np.cumsum(rate) * DT
+    for sample, each, angle in zip(readings, rate.tolist(), turned.tolist(), strict=True):
+        moved = pushed(sample, each * each * radius)
+        wheels = {"wheel_difference": ratio * angle, "wheel_count": 2.0}
+        found.append(moved._replace(gyro_z=each, **wheels))
+    return found
+
+
+@pytest.mark.parametrize("begins", [-2.0, 3.0])
+@pytest.mark.parametrize("name", [*SOME, "kalman"])
+def test_a_turntable_leans_the_accelerometer_and_is_not_believed(name: str, begins: float) -> None:
+    time = np.arange(0.0, 20.0, DT)
+    rate = 2.5 * (smooth(time, begins, 1.0) - smooth(time, 14.0, 1.0))
+    tilt = np.zeros(time.size)
+    found = run(name, tilt, turned_about(list(samples(tilt, seed=33)), rate, 0.3, 0.0))
+    assert found.error.max() > 8.0
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(17.0)].all()
+
+
+@pytest.mark.parametrize("name", [*SOME, "kalman"])
+def test_a_robot_whose_wheels_show_its_turn_is_trusted(name: str) -> None:
+    time = np.arange(0.0, 20.0, DT)
+    rate = 2.5 * (smooth(time, 3.0, 1.0) - smooth(time, 14.0, 1.0))
+    tilt = np.zeros(time.size)
+    found = run(name, tilt, turned_about(list(samples(tilt, seed=34)), rate, 0.01, 2.0))
+    assert found.trusted.all()
+    assert found.error.max() < 2.0

@@ -26,6 +26,7 @@ SOURCES = (
     "pipeline/correction.py",
     "pipeline/resting.py",
     "pipeline/saturation.py",
+    "pipeline/spinning.py",
     "pipeline/unseen.py",
     "pipeline/validity.py",
     "plants/*.py",

@@ -21,8 +21,9 @@ from ..samples import (
     shows_rest,
     wrapped,
 )
-from . import resting, unseen
+from . import resting, spinning, unseen
 from .resting import RestSums, continued, judged_wrong, shown_by
+from .spinning import LED, Spin, leaned, spun
 from .unseen import (
     FREEZE,
     Stream,
@@ -146,6 +147,7 @@ class Watch(NamedTuple):
     reference: Reference
     stream: Stream
     rest: RestSums
+    spin: Spin
 
 
 def begin(
@@ -180,6 +182,7 @@ def begin(
         Reference(sample.angle, variance if shown else _UNKNOWN, variance),
         unseen.begin(sample),
         resting.begin(sample),
+        spinning.begin(sample),
     )
 
 
@@ -206,8 +209,8 @@ def watch(
     stream, last = follow(before.stream, sample), before.judgement
     turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - last.bias)
     hidden = unseen_rotation(before.stream, stream, sample)
-    pull = abs(wrapped(estimate.tilt - before.tilt - turn))
-    pulled = 0.0 if self_judged else misled(stream, sample, pull)
+    pull = wrapped(estimate.tilt - before.tilt - turn)
+    pulled = 0.0 if self_judged else misled(stream, sample, abs(pull))
     doubt = min(math.sqrt(last.doubt) + hidden + pulled, math.pi)
     calm, scatter = last.calm + sample.dt, before.reference.scatter
     if hidden > CAUSE or (pulled > 0.0 and doubt > CAUSE):
@@ -215,16 +218,25 @@ def watch(
     reference = _carried(before.reference, sample, turn, hidden, scatter)
     full = stream.saturated + stream.shocked > 0.0
     pending = stream.passed.time > 0.0 and stream.passed.rotation == 0.0
-    blind, rest = full or pending or stream.frozen > FREEZE, before.rest
+    blind, rest, spin = full or pending or stream.frozen > FREEZE, before.rest, before.spin
     if not blind:
         reference = _averaged(reference, sample, min(sample.dt, 2.0 * stream.period))
+    lean, trust = 0.0, last.trusted
     if not self_judged:
         turned = turn + last.bias * sample.dt
-        rest = continued(rest, sample, turned, blind or is_gap(before.stream, sample.dt))
+        spin = spun(spin, sample, estimate.tilt, pull)
+        lean = leaned(spin)
+        gap = blind or is_gap(before.stream, sample.dt)
+        rest = continued(rest, sample, turned, gap or lean > 0.0)
+    if lean > 0.0:
+        variance = max(reference.variance, lean * lean)
+        reference = Reference(reference.tilt, variance, reference.scatter)
+        if abs(spin.led) > LED:
+            doubt, trust, calm = max(doubt, lean), 0.0, 0.0
     known = before.known
     if stream.saturated > 0.0 and before.stream.saturated == 0.0:
         known = BeforeSaturation(math.sqrt(last.doubt), last.trusted, before.reference.variance)
-    judgement, missed = Judgement(doubt * doubt, last.trusted, 0.0, last.bias, calm), 0.0
+    judgement, missed = Judgement(doubt * doubt, trust, 0.0, last.bias, calm), 0.0
     if stream.passed.rotation != 0.0:
         judgement, reference = _passed(judgement, reference, known, stream, self_judged)
         missed = 0.0 if self_judged else stream.passed.rotation
@@ -240,6 +252,7 @@ def watch(
         reference,
         stream,
         rest,
+        spin,
     )
 
 

@@ -1,0 +1,90 @@
+"""A body that something else turns about the vertical: a turntable, a hand, a robot below.
+
+The sensor then runs on a circle of unknown radius, whose centripetal acceleration leans the
+accelerometer for as long as that lasts, and with it a filter that follows it. A robot that turns on
+the spot shows its turn by its wheels, and its sensor's place is known. `begin` and `spun` are
+pure functions on named tuples, as those of `unseen`.
+"""
+
+import math
+from typing import NamedTuple
+
+from ..samples import STANDARD_GRAVITY, CorrectedSample
+
+RADIUS = 0.3
+"""Radius of the circle on which a sensor may be turned by something else [m]."""
+MEMORY = 0.3
+"""Time over which turn and wheels are averaged [s]."""
+SHOWN = 0.5
+"""Rate of the wheels' difference, per rate of the turn, from which on they show it: wheels that
+are as large as their distance have 2."""
+BEGUN, MISLEADING = 0.015, 0.055
+"""Lean of the accelerometer [rad] from which on it is told what the filter makes of it, and from
+which on that may be wrong."""
+LED = 0.04
+"""How far a filter has to be led astray to count [rad]."""
+HABIT_TIME = 5.0
+"""Time over which it is learnt how an accelerometer leads a filter else, by a bias [s]."""
+
+
+class Spin(NamedTuple):
+    """What is remembered of turns about the vertical."""
+
+    rate: float
+    """Rate about the vertical, averaged [rad/s]."""
+    rolled: float
+    """Rate of the wheels' difference, or twice that of the only wheel, averaged [rad/s]."""
+    wheels: float
+    """That difference, or that angle [rad]."""
+    encoders: float
+    """Their number, 0 to 2."""
+    habit: float
+    """How fast the accelerometer leads the filter without such a turn, averaged [rad/s]."""
+    led: float
+    """How far it has led it since the turn began, beyond that [rad]."""
+
+
+def begin(sample: CorrectedSample) -> Spin:
+    """Start with a first sample, that of a body which may have been turning before."""
+    return Spin(_about_the_vertical(sample, sample.angle), 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def spun(before: Spin, sample: CorrectedSample, tilt: float, pull: float) -> Spin:
+    """Take one sample.
+
+    Args:
+        before: what is known of the samples before.
+        sample: the reading.
+        tilt: the filter's [rad].
+        pull: how far that is from what the gyro alone makes of its estimate before [rad].
+    """
+    dt = sample.dt
+    share, encoders = dt / (dt + MEMORY), sample.wheel_count
+    wheels = sample.wheel_difference if encoders == 2.0 else sample.wheel_angle
+    rate = before.rate + share * (_about_the_vertical(sample, tilt) - before.rate)
+    moved = 0.0
+    if encoders > 0.0 and encoders == before.encoders:
+        moved = abs(wheels - before.wheels) / dt * (2.0 if encoders == 1.0 else 1.0)
+    rolled = before.rolled + share * (moved - before.rolled)
+    habit, led = before.habit, 0.0
+    if _lean(rate, rolled) > BEGUN:
+        led = before.led + pull - habit * dt
+    else:
+        habit += (pull - habit * dt) / (dt + HABIT_TIME)
+    return Spin(rate, rolled, wheels, encoders, habit, led)
+
+
+def leaned(now: Spin) -> float:
+    """Return how far the turn may lean the accelerometer [rad]; 0 where that is not much."""
+    found = _lean(now.rate, now.rolled)
+    return found if found > MISLEADING else 0.0
+
+
+def _lean(rate: float, rolled: float) -> float:
+    if rolled > SHOWN * abs(rate):
+        return 0.0
+    return math.atan(rate * rate * RADIUS / STANDARD_GRAVITY)
+
+
+def _about_the_vertical(sample: CorrectedSample, tilt: float) -> float:
+    return sample.gyro_z * math.cos(tilt) - sample.gyro_x * math.sin(tilt)
