@@ -190,6 +190,26 @@ def test_bursts_of_lost_samples_are_no_reason_for_trust(name: str, lost: float) 
     assert found.running.lost == pytest.approx(dropped, abs=2)
 
 
+@pytest.mark.parametrize(("together", "valid"), [(2, True), (4, True), (20, False)])
+@pytest.mark.parametrize("name", [*SOME, "kalman"])
+def test_samples_that_come_in_bursts_are_no_gaps_unless_they_come_late(
+    name: str, together: int, valid: bool
+) -> None:
+    tilt, apart = swing(12.0), 5e-5
+    burst = [together * DT - (together - 1) * apart] + [apart] * (together - 1)
+    readings = [
+        sample._replace(dt=burst[(index + 1) % together])
+        for index, sample in enumerate(samples(tilt, seed=35))
+    ]
+    watched, trusted, lost = WatchedFilter(filter_named(name)), [], []
+    for sample in readings:
+        watched.step(sample)
+        trusted.append(watched.trusted)
+        lost.append(watched.lost)
+    assert all(trusted[400:]) == valid
+    assert (lost[-1] == lost[400]) == valid
+
+
 @pytest.mark.parametrize(("late", "start"), [(0.3, 0.0), (0.9, 0.0), (0.9, 1.2)])
 @pytest.mark.parametrize("name", SOME)
 def test_a_late_first_sample_hides_no_turn_in_a_gap(name: str, late: float, start: float) -> None:
