@@ -21,8 +21,8 @@ SETTLING = 0.05
 FIRST_STEPS = 40.0
 """Steps from the first on whose mean is the usual one."""
 BURST = 0.02
-"""Time by which samples that come together may be stamped too late [s]: the step to the next ones is
-so much shorter. Later ones leave the tilt wrong where the body turns fast, and are a gap."""
+"""Time by which samples that come together may be stamped too late [s]: the step to the next ones
+is so much shorter. Later ones leave the tilt wrong where the body turns fast, and are a gap."""
 GLITCH, RETURN = 10.0 * ACCELERATION, 0.25
 """Change of the rate [rad/s^2] that no robot undergoes, if the next sample takes it back but for
 that share: a false reading."""
