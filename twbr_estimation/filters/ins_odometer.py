@@ -146,6 +146,8 @@ SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
 DRIFT = 0.002
 """Growth of the variance by the first reading: it is soon as well known otherwise [rad^2/s]."""
+FALLING = 6.0
+"""A body that turns faster falls: its wheels slip, and teach no gain of the gyro [rad/s]."""
 JUMP = 0.05
 """After a larger repair of the attitude the velocities of the wheels' check begin afresh [rad]."""
 
@@ -403,7 +405,7 @@ def _aided(
         begin_distance(p, wheel_slopes(nav, now, geometry), first)
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    keep_gains = still or abs(moved.tilt) > LYING
+    keep_gains = still or abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING
     compared = aid(
         p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
     )
