@@ -108,11 +108,10 @@ def test_diagnostics_are_written_as_others_read_them(values: dict[str, str]) -> 
 
 
 def test_values_are_found_in_diagnostics_of_others() -> None:
-    kind, value = "diagnostic_msgs/msg/DiagnosticArray", "diagnostic_msgs/msg/KeyValue"
+    names = "DiagnosticArray", "DiagnosticStatus", "KeyValue"
+    kind, status, value = (f"diagnostic_msgs/msg/{name}" for name in names)
     statuses = [
-        new(
-            "diagnostic_msgs/msg/DiagnosticStatus", 0, name, "ü", "", [new(value, *v) for v in each]
-        )
+        new(status, 0, name, "ü", "", [new(value, *pair) for pair in each])
         for name, each in (
             ("a/driver", [("robot", "{}"), ("x", "robot"), ("", "y"), ("chip", '{"é": 1}')]),
             ("other", []),
@@ -125,9 +124,8 @@ def test_values_are_found_in_diagnostics_of_others() -> None:
         ("a/driver", "chip", '{"é": 1}'),
         ("third", "robot", ""),
     ]
-    assert (
-        diagnostic_values(DiagnosticEncoder("n", "").encode(0, b"\0", "", {"robot": "1"}), "") == []
-    )
+    own = DiagnosticEncoder("n", "").encode(0, b"\0", "", {"robot": "1"})
+    assert diagnostic_values(own, ("chip",)) == []
     for torn in (data[:-9], data[:70], data[:6], b"\0\0" + data[2:]):
         with pytest.raises(MessageError):
             diagnostic_values(torn, ("robot",))

@@ -143,11 +143,8 @@ class JointStateEncoder:
     def __init__(self, names: Sequence[str], frame: str = "", *, efforts: bool = False) -> None:
         """Lay out the message for these joints, with or without efforts."""
         count = len(names)
-        head = bytearray(_padded(_header(frame), 4)) + struct.pack("<I", count)
-        for name in names:
-            text = name.encode() + b"\0"
-            head = bytearray(_padded(head, 4)) + struct.pack("<I", len(text)) + text
-        head = bytearray(_padded(head, 4)) + struct.pack("<I", count)
+        number = struct.pack("<I", count)
+        head = _header(frame) + number + b"".join(map(_text, names)) + number
         self._positions = _aligned(len(head), 8)
         self._velocities = _aligned(self._positions + 8 * count + 4, 8)
         self._doubles = struct.Struct(f"<{count}d").pack_into
@@ -335,7 +332,7 @@ class DiagnosticEncoder:
 
     def __init__(self, name: str, hardware_id: str) -> None:
         """Lay out the status of this name, about this device."""
-        self._head = _padded(_header(""), 4) + struct.pack("<I", 1)
+        self._head = _header("") + struct.pack("<I", 1)
         self._name, self._hardware_id = _text(name), _text(hardware_id)
 
     def encode(self, stamp: int, level: bytes, message: str, values: Mapping[str, str]) -> bytes:
@@ -388,12 +385,7 @@ def _text(text: str) -> bytes:
 
 
 def _header(frame: str) -> bytes:
-    text = frame.encode() + b"\0"
-    return _LITTLE_ENDIAN + bytes(2 + 8) + struct.pack("<I", len(text)) + text
-
-
-def _padded(data: bytes | bytearray, size: int) -> bytes:
-    return bytes(data) + bytes(_aligned(len(data), size) - len(data))
+    return _LITTLE_ENDIAN + bytes(2 + 8) + _text(frame)
 
 
 def _string(data: bytes, offset: int) -> tuple[str, int]:
