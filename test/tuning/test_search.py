@@ -129,6 +129,7 @@ def test_progress_is_called_for_every_evaluation_and_may_stop() -> None:
         search(WIDE, two_valleys, progress=watch)
     assert len(heard) == 30
     assert heard == sorted(heard, reverse=True)
+    assert heard[-1] < heard[0]  # points count before they are refined
 
 
 @pytest.mark.parametrize("parameter", WIDE.values(), ids=WIDE)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.optimize import minimize
@@ -83,10 +84,11 @@ class _Search:
         return _finite(self(places))
 
     def roughly(self, rough: Judge, places: FloatArray) -> float:
-        """Return the figure of another judge, which is not the best of anything."""
+        """Return the figure of another judge at places; it does not count among the best."""
+        figure = _finite(rough(self.values(places)))
         self.evaluations += 1
         self._progress(*self.best)
-        return _finite(rough(self.values(places)))
+        return figure
 
     def places(self, values: Mapping[str, float]) -> FloatArray:
         """Return where values lie on the axes, within the bounds."""
@@ -138,19 +140,20 @@ def search(
     if not starts:
         run.at({name: each.default for name, each in parameters.items()})
     if thorough or len(parameters) <= GLOBAL_PARAMETERS:
-        _search_everywhere(run, starts, seed, rough or judge)
+        _search_everywhere(run, starts, seed, rough)
     elif run.best[1]:
         _look_around(run, np.minimum(_FEW_SIZE[0] * (run.high - run.low), _FEW_SIZE[1]), _FEW_STEPS)
     return SearchResult(run.best[1], run.best[0], run.evaluations)
 
 
 def _search_everywhere(
-    run: _Search, starts: Sequence[Mapping[str, float]], seed: int, rough: Judge
+    run: _Search, starts: Sequence[Mapping[str, float]], seed: int, rough: Judge | None
 ) -> None:
     size = len(run.axes)
     if not size:
         return
-    best = sorted(_everywhere(run, seed), key=lambda place: run.roughly(rough, place))
+    figure = run.figure if rough is None else partial(run.roughly, rough)
+    best = sorted(_everywhere(run, seed), key=figure)
     places = [*best[:_GLOBAL_STARTS], *map(run.places, starts)]
     begun = [descend(run, place, run.low, run.high, _FIRST_STEPS) for place in places]
     begun.sort(key=lambda each: each[0])
@@ -163,8 +166,8 @@ def _search_everywhere(
 def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
     """Search around the best by a simplex with edges of these sizes, (n,).
 
-    A parameter that changes not one bit of the figure is left alone: it may be one of a sensor that
-    no recording has, and each needs evaluations.
+    A parameter that changes no bit of the figure is left alone: it may be one of a sensor that no
+    recording has, and a larger simplex needs more evaluations.
     """
     place = run.places(run.best[1])
     inward = np.where(place + sizes > run.high, -sizes, sizes)
@@ -197,7 +200,7 @@ def _everywhere(run: _Search, seed: int) -> FloatArray:
     """Return places all over the bounds, (points, n)."""
     size = len(run.axes)
     root = 2.0
-    for _ in range(50):  # x^(size + 1) = x + 1: the multiples of its powers fill a cube evenly
+    for _ in range(50):  # to x^(size + 1) = x + 1: multiples of 1/x, 1/x^2, ... fill a cube evenly
         root = (1.0 + root) ** (1.0 / (size + 1))
     steps = root ** -np.arange(1.0, size + 1)
     begin = np.random.default_rng(seed).random(size)
