@@ -32,7 +32,7 @@ class CompiledStep:
 
     def begin(self, coefficients: Any, state: Any) -> bool:
         """Go on from a state, with these coefficients; False where they do not fit the code."""
-        return self._write(1, coefficients) and self._write(2, state)
+        return self.change(coefficients) and self._write(2, state)
 
     def change(self, coefficients: Any) -> bool:
         """Go on with other coefficients; False, and nothing changed, where they do not fit."""

@@ -81,9 +81,9 @@ class FilterSettings:
 
 
 @cache
-def _defaults(name: str) -> Mapping[str, float]:
+def _defaults(name: str) -> dict[str, float]:
     """Return the default parameters of a filter by name."""
-    found: Mapping[str, float] = filter_named(name).configure()._asdict()
+    found: dict[str, float] = filter_named(name).configure()._asdict()
     return found
 
 
@@ -101,6 +101,6 @@ class FilterConfiguration:
         values = {
             name: given
             for name, given in self.parameters.items()
-            if {**(defaults := _defaults(name)), **given} != defaults
+            if {**_defaults(name), **given} != _defaults(name)
         }
         return Settings(values, dt=self.settings.settings_dt, source="the parameters")
