@@ -64,7 +64,10 @@ def add_many(parser: argparse.ArgumentParser) -> None:
 def workers_of(
     arguments: argparse.Namespace, default: int | None = None, module: str = ""
 ) -> Iterator[Workers]:
-    """Give the workers that the arguments of `add_workers` name; they begin to import `module`."""
+    """Give the workers that the arguments of `add_workers` name.
+
+    Processes of this machine begin to import `module` at once.
+    """
     if arguments.dask is not None:
         from ..workers.dask_cluster import DaskCluster
 

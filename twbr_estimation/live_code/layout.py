@@ -33,10 +33,10 @@ class Layout:
         """
         self._kinds: dict[str, type[Any]] = {}
         self._numbers = 0
-        """Where the last number that is in no array ends: large arrays come last."""
+        """How many doubles hold all numbers outside of the arrays; large arrays come last."""
         self.reading, self.size = self._read(example, 0)
-        """The expression that makes the record from `row` and `array`, the same numbers, and how
-        many doubles it takes."""
+        """The expression that makes the record, and how many doubles it takes. It takes numbers
+        from `row` and arrays from `array`, which hold the same doubles."""
         self._writing = [
             f"row[{place}] = {value}" for place, value in self._written(example, "record", 0)
         ]
@@ -95,7 +95,7 @@ class Layout:
         return self._reader("array")
 
     def plain_reader(self) -> Callable[[Any], Any]:
-        """Return that for the interpreter: it makes plain numbers, and is faster there."""
+        """Return the same function for the interpreter: its numbers are plain, and it is faster."""
         return self._reader(f"array[:{self._numbers}].tolist()")
 
     def _reader(self, row: str) -> Callable[[Any], Any]:

@@ -24,15 +24,15 @@ _FREE_FALL = 1e-3  # below this specific force [m/s^2] there is no direction to 
 FASTEST_WHEEL = 200.0
 """No wheel turns faster [rad/s]: the counter wrapped, or began again."""
 LARGEST_STEP, COARSEST = 8.0, 0.06
-"""Jump of the wheels' acceleration by one step of the encoder [m/s^2] up to which that is taken as
-it is; of a coarser encoder it is averaged until a step makes no more, and left out where that would
-take longer than the second [s]."""
+"""Largest jump of the wheels' acceleration that one step of the encoder may make [m/s^2], and the
+longest time over which the acceleration of a coarser encoder is averaged so that it makes no larger
+one [s]. Where more time is needed, the acceleration is left out."""
 BRIEF = 0.05
-"""Time for which an encoder angle changes by one step [s], spread over the samples between two
-readings at the most; a robot that sets off changes it for longer."""
+"""Longest time in which one step of an encoder changes the angle [s]: the samples between two
+readings share it. A robot that sets off changes the angle for longer."""
 STEP_GROWTH, STEP_SHARE, FINEST_STEP = 2.0, 0.3, 1e-3
-"""How many times larger than believed a step may be taken for at once, the share by which a
-smaller one counts, and where the search begins [rad]."""
+"""By which factor a larger step may raise the estimate of the step at once, by which share a
+smaller one lowers it, and the smallest estimate that is raised [rad]."""
 _STANDS = 1e-9  # smallest change of an encoder angle [rad]
 _NO_WHEEL, _WHEEL_ANGLE, _WHEEL_VELOCITY = 0.0, 1.0, 2.0
 

@@ -12,10 +12,10 @@ from ..samples import CorrectedSample, gravity_excess, wrapped
 REST_TIME, LONGEST = 1.0, 10.0
 """Time over which the accelerometer has to be steady, and after which the sums begin again [s]."""
 SMOOTHED = 0.05
-"""Time constant over which its angle and the specific force are averaged before [s]: a rest shows
-behind a noisy accelerometer, too."""
+"""Time constant over which its angle and the specific force are averaged first [s], so that a noisy
+accelerometer can be steady, too."""
 STEADY = 0.06
-"""Distance of that angle from the mean [rad] up to which it is."""
+"""Distance of that angle from the mean [rad] up to which the accelerometer is steady."""
 STEADY_SHARE = 0.05
 """Share of gravity by which that specific force may be longer or shorter then."""
 STEADY_RATE = 0.03
@@ -45,7 +45,7 @@ class RestSums(NamedTuple):
     off: float
     """The angle, averaged over `SMOOTHED` [rad]."""
     excess: float
-    """By which share of gravity the specific force is longer, averaged likewise."""
+    """The share of gravity by which the specific force is longer, averaged likewise."""
 
 
 class Shown(NamedTuple):

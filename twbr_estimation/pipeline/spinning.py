@@ -19,12 +19,12 @@ SHOWN = 0.5
 """Rate of the wheels' difference, per rate of the turn, from which on they show it: wheels that
 are as large as their distance have 2."""
 BEGUN, MISLEADING = 0.015, 0.055
-"""Lean of the accelerometer [rad] from which on it is told what the filter makes of it, and from
-which on that may be wrong."""
+"""Lean of the accelerometer [rad] from which on it is added up how far the filter follows it, and
+from which on the filter's tilt may be wrong."""
 LED = 0.04
-"""How far a filter has to be led astray to count [rad]."""
+"""How far a filter has to follow the accelerometer for its tilt to be doubted [rad]."""
 HABIT_TIME = 5.0
-"""Time over which it is learnt how an accelerometer leads a filter else, by a bias [s]."""
+"""Time over which `Spin.habit` is averaged [s]."""
 
 
 class Spin(NamedTuple):
@@ -37,11 +37,12 @@ class Spin(NamedTuple):
     wheels: float
     """That difference, or that angle [rad]."""
     encoders: float
-    """Their number, 0 to 2."""
+    """Number of the encoders, 0 to 2."""
     habit: float
-    """How fast the accelerometer leads the filter without such a turn, averaged [rad/s]."""
+    """How fast the accelerometer moves the filter without such a turn, averaged [rad/s]: a bias of
+    the gyro does that."""
     led: float
-    """How far it has led it since the turn began, beyond that [rad]."""
+    """How far the accelerometer has moved the filter since the turn began, beyond that [rad]."""
 
 
 def begin(sample: CorrectedSample) -> Spin:

@@ -19,10 +19,10 @@ FIRST_STEP = 0.05
 SETTLING = 0.05
 """Time over which steps far below the usual one pass [s] before that is halved at each."""
 FIRST_STEPS = 40.0
-"""Steps from the first on whose mean is the usual one."""
+"""Number of steps at the start whose mean is the usual one."""
 BURST = 0.02
-"""Time by which samples that come together may be stamped too late [s]: the step to the next ones
-is so much shorter. Later ones leave the tilt wrong where the body turns fast, and are a gap."""
+"""Longest delay that the stamps of a burst may have [s]: the step before a burst is longer by it,
+and that is no gap. Where the body turns fast, a longer delay makes the tilt wrong: it is a gap."""
 GLITCH, RETURN = 10.0 * ACCELERATION, 0.25
 """Change of the rate [rad/s^2] that no robot undergoes, if the next sample takes it back but for
 that share: a false reading."""
@@ -136,10 +136,14 @@ def _weighs(accel: tuple[float, float, float]) -> bool:
 
 
 def _period(before: Stream, dt: float, short: float, steps: float) -> float:
-    """Return the usual time step with one more, the last of `steps`.
+    """Return the usual time step with one more.
 
-    Samples that come in bursts have steps far below it, but no longer than the usual one together;
-    where those pass for longer, `short` [s], they are the usual ones.
+    Args:
+        before: what is known of the samples before.
+        dt: the step [s].
+        short: time for which the steps have been far below the usual one [s]; where that is longer
+            than the usual step, as no burst is, the latter is halved.
+        steps: number of steps with this one, up to `FIRST_STEPS`.
     """
     last = before.period
     if last == 0.0:
@@ -152,7 +156,7 @@ def _period(before: Stream, dt: float, short: float, steps: float) -> float:
 
 
 def _apart(before: Stream, dt: float) -> float:
-    """Return the time between two readings [s]; those of a burst are further than their stamps."""
+    """Return the time between two readings [s]; within a burst it is longer than that of stamps."""
     if LATE * dt < before.period:
         return before.period
     return max(dt - before.early, before.period) if before.early > 0.0 else dt

@@ -141,7 +141,7 @@ class Acceptance:
         self._finish([Finding(Severity.FAIL, "IMU", "presence", f"{text}{because}")])
 
     def _begin(self, now: float) -> None:
-        """Ask for the next step; to watch is the last one."""
+        """Ask for the next step; after the last one, for the motion to watch."""
         self._begun = self._refreshed = now
         self.request = self._steps[0].request if self._steps else WATCH
 

@@ -26,7 +26,7 @@ SLOPE_HALF_WIDTH = 0.01
 LONGEST_STEP = 1.5
 """Samples further apart than this many usual periods have a hole between them."""
 BEGINNING = 0.25
-"""Share of a recording on which a search chooses where to look closer."""
+"""Share of a recording that decides which points over the bounds a search refines."""
 _WEIGHTS = {"delay": 0.01, "roughness": 1e-4}
 _DEGREES_SQUARED = math.degrees(1.0) ** 2
 

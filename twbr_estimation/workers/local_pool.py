@@ -30,7 +30,8 @@ class LocalPool:
 
         Args:
             jobs: how many processes.
-            module: of the work; where it is known early, it is imported while the work is prepared.
+            module: the one that holds the work; where given, it is imported at once, while the
+                work is prepared.
         """
         self._jobs = jobs
         # Processes are forked from a clean one: this one may have threads.
