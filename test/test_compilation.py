@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import twbr_estimation
 from twbr_estimation.compilation import compiled, object_code
 from twbr_estimation.filters.base import compiled_as
@@ -25,6 +27,11 @@ for name in {names}:
     entry = filter_named(name)
     print(run_compiled(entry, entry.configure(), track, Robot(), None).tilt[-1])
 """
+
+
+@pytest.fixture(autouse=True)
+def cache_beside_the_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
 
 
 def test_a_filter_that_is_gone_leaves_nothing_that_breaks_the_others(tmp_path: Path) -> None:

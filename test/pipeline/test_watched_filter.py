@@ -190,26 +190,6 @@ def test_bursts_of_lost_samples_are_no_reason_for_trust(name: str, lost: float) 
     assert found.running.lost == pytest.approx(dropped, abs=2)
 
 
-@pytest.mark.parametrize(("together", "valid"), [(2, True), (4, True), (20, False)])
-@pytest.mark.parametrize("name", [*SOME, "kalman"])
-def test_samples_that_come_in_bursts_are_no_gaps_unless_they_come_late(
-    name: str, together: int, valid: bool
-) -> None:
-    tilt, apart = swing(12.0), 5e-5
-    burst = [together * DT - (together - 1) * apart] + [apart] * (together - 1)
-    readings = [
-        sample._replace(dt=burst[(index + 1) % together])
-        for index, sample in enumerate(samples(tilt, seed=35))
-    ]
-    watched, trusted, lost = WatchedFilter(filter_named(name)), [], []
-    for sample in readings:
-        watched.step(sample)
-        trusted.append(watched.trusted)
-        lost.append(watched.lost)
-    assert all(trusted[400:]) == valid
-    assert (lost[-1] == lost[400]) == valid
-
-
 @pytest.mark.parametrize(("late", "start"), [(0.3, 0.0), (0.9, 0.0), (0.9, 1.2)])
 @pytest.mark.parametrize("name", SOME)
 def test_a_late_first_sample_hides_no_turn_in_a_gap(name: str, late: float, start: float) -> None:
@@ -444,11 +424,16 @@ def test_a_turntable_leans_the_accelerometer_and_is_not_believed(name: str, begi
     assert found.trusted[found.after(17.0)].all()
 
 
+@pytest.mark.parametrize("encoders", [0.0, 1.0, 2.0])
 @pytest.mark.parametrize("name", [*SOME, "kalman"])
-def test_a_robot_whose_wheels_show_its_turn_is_trusted(name: str) -> None:
+def test_a_robot_that_turns_by_itself_is_trusted(name: str, encoders: float) -> None:
     time = np.arange(0.0, 20.0, DT)
     rate = 2.5 * (smooth(time, 3.0, 1.0) - smooth(time, 14.0, 1.0))
     tilt = np.zeros(time.size)
-    found = run(name, tilt, turned_about(list(samples(tilt, seed=34)), rate, 0.01, 2.0))
+    readings = [
+        each._replace(wheel_count=encoders, gyro_y=each.gyro_y + 0.005 * each.gyro_z)
+        for each in turned_about(list(samples(tilt, seed=34)), rate, 0.01, 2.0)
+    ]
+    found = run(name, tilt, readings)
     assert found.trusted.all()
     assert found.error.max() < 2.0

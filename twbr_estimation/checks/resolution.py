@@ -49,8 +49,8 @@ def resolution(track: WheelTrack | None, others: Sequence[Finding]) -> Iterator[
             "wheels",
             "resolution",
             f"the angle changes in steps of {step:.3g} rad, {2.0 * math.pi / step:.3g} a turn: too "
-            "coarse for the wheels' acceleration, which is averaged or left out; count all four "
-            "edges, or give the motor's side and the gear's ratio",
+            "coarse for the wheels' acceleration; count all four edges, or give the motor's side "
+            "and the gear's ratio",
             step,
         )
     elif step > 0.0:

@@ -61,6 +61,7 @@ class BackgroundSteps:
             self.ready = True
 
     def _load(self, names: list[str]) -> None:
+        collecting = gc.isenabled()
         gc.disable()  # a search for garbage in what is loaded takes 0.03 s and stops all threads
         try:
             for name in names:
@@ -71,7 +72,8 @@ class BackgroundSteps:
                     self.refusal = self.refusal or files.refused(name)
         finally:
             gc.freeze()
-            gc.enable()
+            if collecting:
+                gc.enable()
             self.ready = True
 
     @property

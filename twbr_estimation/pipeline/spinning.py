@@ -2,8 +2,9 @@
 
 The sensor then runs on a circle of unknown radius, whose centripetal acceleration leans the
 accelerometer for as long as that lasts, and with it a filter that follows it. A robot that turns on
-the spot shows its turn by its wheels, and its sensor's place is known. `begin` and `spun` are
-pure functions on named tuples, as those of `unseen`.
+the spot shows its turn by its two encoders, and its sensor's place is known; with fewer encoders
+nothing tells the two apart, and nothing is doubted. `begin` and `spun` are pure functions on named
+tuples, as those of `unseen`.
 """
 
 import math
@@ -33,9 +34,9 @@ class Spin(NamedTuple):
     rate: float
     """Rate about the vertical, averaged [rad/s]."""
     rolled: float
-    """Rate of the wheels' difference, or twice that of the only wheel, averaged [rad/s]."""
-    wheels: float
-    """That difference, or that angle [rad]."""
+    """Rate of the wheels' difference, averaged [rad/s]."""
+    difference: float
+    """Of the wheels' angles [rad]."""
     encoders: float
     """Number of the encoders, 0 to 2."""
     habit: float
@@ -61,28 +62,27 @@ def spun(before: Spin, sample: CorrectedSample, tilt: float, pull: float) -> Spi
     """
     dt = sample.dt
     share, encoders = dt / (dt + MEMORY), sample.wheel_count
-    wheels = sample.wheel_difference if encoders == 2.0 else sample.wheel_angle
     rate = before.rate + share * (_about_the_vertical(sample, tilt) - before.rate)
     moved = 0.0
-    if encoders > 0.0 and encoders == before.encoders:
-        moved = abs(wheels - before.wheels) / dt * (2.0 if encoders == 1.0 else 1.0)
+    if encoders == 2.0 and before.encoders == 2.0:
+        moved = abs(sample.wheel_difference - before.difference) / dt
     rolled = before.rolled + share * (moved - before.rolled)
     habit, led = before.habit, 0.0
-    if _lean(rate, rolled) > BEGUN:
+    if _lean(rate, rolled, encoders) > BEGUN:
         led = before.led + pull - habit * dt
     else:
         habit += (pull - habit * dt) / (dt + HABIT_TIME)
-    return Spin(rate, rolled, wheels, encoders, habit, led)
+    return Spin(rate, rolled, sample.wheel_difference, encoders, habit, led)
 
 
 def leaned(now: Spin) -> float:
     """Return how far the turn may lean the accelerometer [rad]; 0 where that is not much."""
-    found = _lean(now.rate, now.rolled)
+    found = _lean(now.rate, now.rolled, now.encoders)
     return found if found > MISLEADING else 0.0
 
 
-def _lean(rate: float, rolled: float) -> float:
-    if rolled > SHOWN * abs(rate):
+def _lean(rate: float, rolled: float, encoders: float) -> float:
+    if encoders < 2.0 or rolled > SHOWN * abs(rate):
         return 0.0
     return math.atan(rate * rate * RADIUS / STANDARD_GRAVITY)
 

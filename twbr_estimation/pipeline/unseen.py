@@ -18,11 +18,6 @@ FIRST_STEP = 0.05
 """A first time step longer than this [s] is a gap."""
 SETTLING = 0.05
 """Time over which steps far below the usual one pass [s] before that is halved at each."""
-FIRST_STEPS = 40.0
-"""Number of steps at the start whose mean is the usual one."""
-BURST = 0.02
-"""Longest delay that the stamps of a burst may have [s]: the step before a burst is longer by it,
-and that is no gap. Where the body turns fast, a longer delay makes the tilt wrong: it is a gap."""
 GLITCH, RETURN = 10.0 * ACCELERATION, 0.25
 """Change of the rate [rad/s^2] that no robot undergoes, if the next sample takes it back but for
 that share: a false reading."""
@@ -63,11 +58,6 @@ class Stream(NamedTuple):
     """Usual time step [s]; 0 before the second sample."""
     short: float
     """Time for which the steps have been far below it [s]."""
-    steps: float
-    """Number of steps, up to `FIRST_STEPS`."""
-    early: float
-    """By how much the latest steps together were shorter than as many usual ones [s]; 0 unless they
-    are far below it, as those of samples that come in a burst."""
     lost: float
     """Samples that gaps had room for, since the start."""
     frozen: float
@@ -91,8 +81,7 @@ def begin(sample: CorrectedSample) -> Stream:
     """Start with a first sample."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    over = Passed(0.0, 0.0, 0.0, 0.0)
-    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, over, gyro, accel)
+    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
 
 
 def follow(before: Stream, sample: CorrectedSample) -> Stream:
@@ -102,21 +91,18 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     same = gyro == before.gyro and accel == before.accel
     still = gyro[0] == 0.0 and gyro[1] == 0.0 and gyro[2] == 0.0 and _weighs(accel)
-    fast = LATE * dt < last
-    short, steps = before.short + dt if fast else 0.0, min(before.steps + 1.0, FIRST_STEPS)
+    short = before.short + dt if LATE * dt < last else 0.0
     lost = before.lost
     if last > 0.0 and is_gap(before, dt):
-        lost += math.floor((dt - before.early) / last + 0.5) - 1.0
+        lost += math.floor(dt / last + 0.5) - 1.0
     slope = before.slope
     if before.saturated == 0.0:
-        slope = max(_faded(slope, dt), abs(gyro[1] - before.gyro[1]) / _apart(before, dt))
+        slope = max(_faded(slope, dt), abs(gyro[1] - before.gyro[1]) / dt)
     elif sample.gyro_saturated_y == 0.0:
         slope = _faded(slope, dt)
     return Stream(
-        _period(before, dt, short, steps),
+        _period(last, dt, short),
         short,
-        steps,
-        min(before.early + last - dt, BURST) if fast else 0.0,
         lost,
         before.frozen + dt if same and not still else 0.0,
         before.saturated + dt if sample.gyro_saturated_y > 0.0 else 0.0,
@@ -135,31 +121,16 @@ def _weighs(accel: tuple[float, float, float]) -> bool:
     return x * x + y * y + z * z > (0.5 * STANDARD_GRAVITY) ** 2
 
 
-def _period(before: Stream, dt: float, short: float, steps: float) -> float:
-    """Return the usual time step with one more.
+def _period(last: float, dt: float, short: float) -> float:
+    """Return the usual time step with one more; `short` [s] has passed in steps far below it.
 
-    Args:
-        before: what is known of the samples before.
-        dt: the step [s].
-        short: time for which the steps have been far below the usual one [s]; where that is longer
-            than the usual step, as no burst is, the latter is halved.
-        steps: number of steps with this one, up to `FIRST_STEPS`.
+    Samples that come in bursts have steps as short, but no longer than the usual one together.
     """
-    last = before.period
     if last == 0.0:
         return min(dt, RESTART_GAP)
     if short > min(last, SETTLING):
         return 0.5 * last
-    if steps < FIRST_STEPS:
-        return last + (min(dt, FIRST_STEP) - last) / steps
-    return last + PERIOD_SHARE * (min(dt, 2.0 * last + before.early) - last)
-
-
-def _apart(before: Stream, dt: float) -> float:
-    """Return the time between two readings [s]; within a burst it is longer than that of stamps."""
-    if LATE * dt < before.period:
-        return before.period
-    return max(dt - before.early, before.period) if before.early > 0.0 else dt
+    return last + PERIOD_SHARE * (min(dt, 2.0 * last) - last)
 
 
 def _faded(slope: float, dt: float) -> float:
@@ -173,7 +144,7 @@ def _passed(before: Stream, sample: CorrectedSample) -> Passed:
     above the range that these two span is what the gyro did not show. The slope after it takes
     two readings, of which the first holds an impact.
     """
-    change = abs(sample.gyro_y - before.gyro[1]) / _apart(before, sample.dt)
+    change = abs(sample.gyro_y - before.gyro[1]) / sample.dt
     if before.saturated > 0.0 and sample.gyro_saturated_y == 0.0:
         return Passed(before.saturated, math.copysign(1.0, before.gyro[1]), change, 0.0)
     last = before.passed
@@ -186,7 +157,7 @@ def _passed(before: Stream, sample: CorrectedSample) -> Passed:
 
 def is_gap(before: Stream, dt: float) -> bool:
     """Return whether samples are missing before one that comes `dt` [s] after the last."""
-    return dt - before.early > (LATE * before.period if before.period > 0.0 else FIRST_STEP)
+    return dt > (LATE * before.period if before.period > 0.0 else FIRST_STEP)
 
 
 def unseen_rotation(before: Stream, now: Stream, sample: CorrectedSample) -> float:
