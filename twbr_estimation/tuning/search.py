@@ -197,13 +197,9 @@ def _look_around(run: _Search, sizes: FloatArray, evaluations: int) -> None:
 
 
 def _everywhere(run: _Search, seed: int) -> FloatArray:
-    """Return places all over the bounds, (points, n)."""
+    """Return random places within the bounds, (points, n)."""
     size = len(run.axes)
-    root = 2.0
-    for _ in range(50):  # to x^(size + 1) = x + 1: multiples of 1/x, 1/x^2, ... fill a cube evenly
-        root = (1.0 + root) ** (1.0 / (size + 1))
-    steps = root ** -np.arange(1.0, size + 1)
-    begin = np.random.default_rng(seed).random(size)
-    spread = (begin + np.outer(np.arange(_POINTS * size), steps)) % 1.0
-    places: FloatArray = run.low + (run.high - run.low) * spread
+    places: FloatArray = np.random.default_rng(seed).uniform(
+        run.low, run.high, (_POINTS * size, size)
+    )
     return places

@@ -80,18 +80,13 @@ def _undetermined(entry: Filter, values: Mapping[str, float], figure: Figure) ->
 
 
 def _is_flat(name: str, values: Mapping[str, float], figure: Figure, usual: float) -> bool:
-    """Return whether halving and doubling a value, where allowed, leaves the figure as it is.
-
-    A half or a double that changes no bit of the figure decides alone: nothing reads the value.
-    """
+    """Return whether halving and doubling a value, where allowed, leaves the figure as it is."""
     allowed = False
     for factor in (0.5, 2.0):
         try:
             changed = figure({**values, name: factor * values[name]})
         except ConfigurationError:  # beyond the bounds there is nothing to learn
             continue
-        if changed == usual:
-            return True
         if not abs(changed - usual) < _INSENSITIVE * usual:
             return False
         allowed = True
