@@ -221,22 +221,16 @@ def watch(
     blind, rest, spin = full or pending or stream.frozen > FREEZE, before.rest, before.spin
     if not blind:
         reference = _averaged(reference, sample, min(sample.dt, 2.0 * stream.period))
-    lean, trust = 0.0, last.trusted
     if not self_judged:
         turned = turn + last.bias * sample.dt
         spin = spun(spin, sample, estimate.tilt, pull)
-        lean = leaned(spin)
-        gap = blind or is_gap(before.stream, sample.dt)
-        rest = continued(rest, sample, turned, gap or lean > 0.0)
-    if lean > 0.0:
-        variance = max(reference.variance, lean * lean)
-        reference = Reference(reference.tilt, variance, reference.scatter)
-        if abs(spin.led) > LED:
-            doubt, trust, calm = max(doubt, lean), 0.0, 0.0
+        restless = blind or leaned(spin) > 0.0 or is_gap(before.stream, sample.dt)
+        rest = continued(rest, sample, turned, restless)
     known = before.known
     if stream.saturated > 0.0 and before.stream.saturated == 0.0:
         known = BeforeSaturation(math.sqrt(last.doubt), last.trusted, before.reference.variance)
-    judgement, missed = Judgement(doubt * doubt, trust, 0.0, last.bias, calm), 0.0
+    judgement, missed = Judgement(doubt * doubt, last.trusted, 0.0, last.bias, calm), 0.0
+    judgement, reference = _turned(judgement, reference, spin)
     if stream.passed.rotation != 0.0:
         judgement, reference = _passed(judgement, reference, known, stream, self_judged)
         missed = 0.0 if self_judged else stream.passed.rotation
@@ -254,6 +248,17 @@ def watch(
         rest,
         spin,
     )
+
+
+def _turned(judgement: Judgement, reference: Reference, spin: Spin) -> tuple[Judgement, Reference]:
+    """Return judgement and reference where something else may turn the robot."""
+    lean = leaned(spin)
+    variance = lean * lean
+    if lean > 0.0 and abs(spin.led) > LED:
+        doubt = max(judgement.doubt, variance)
+        judgement = Judgement(doubt, 0.0, judgement.astray, judgement.bias, 0.0)
+    variance = max(reference.variance, variance)
+    return judgement, Reference(reference.tilt, variance, reference.scatter)
 
 
 def _passed(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from ..checks.finding import sentences
 from ..checks.quick import QuickChecks
@@ -13,6 +14,9 @@ from ..pipeline.step_code import StepCode
 from ..pipeline.watched_filter import WatchedFilter
 from ..samples import RESTART_GAP, CorrectedSample, TiltEstimate
 from .filter_configuration import FilterConfiguration, FilterSettings
+
+Values = Mapping[str, Mapping[str, float]]
+"""Parameters of filters by name."""
 
 
 class FilterStream:
@@ -81,12 +85,7 @@ class FilterStream:
             ConfigurationError: a value out of bounds; nothing changed.
         """
         before, settings = self._configuration, configuration.settings
-        former, wanted = before.parameters, configuration.parameters
-        checked = {
-            name: filter_named(name).configure(wanted.get(name))
-            for name in (() if wanted is former else {**former, **wanted})
-            if former.get(name, {}) != wanted.get(name, {})
-        }
+        checked = _changed(before.parameters, configuration.parameters)
         self._configuration, self._tuned = configuration, None
         other_robot = configuration.robot != before.robot
         for running in self._running():
@@ -215,6 +214,18 @@ class FilterStream:
         for each in running.values():
             found += each.entry.warnings(each.parameters, dt)
         return tuple(found)
+
+
+def _changed(former: Values, wanted: Values) -> dict[str, Any]:
+    """Return the checked parameters of the filters for which other values are wanted.
+
+    Raises:
+        ConfigurationError: a value out of bounds.
+    """
+    if wanted is former:
+        return {}
+    names = [name for name in {**former, **wanted} if former.get(name, {}) != wanted.get(name, {})]
+    return {name: filter_named(name).configure(wanted.get(name)) for name in names}
 
 
 def _interpreted(entry: Filter) -> StepCode | None:
