@@ -353,7 +353,7 @@ def diagnostic_values(data: bytes, keys: Collection[str]) -> list[tuple[str, str
         MessageError: not a DiagnosticArray in little-endian XCDR version 1.
     """
     found = []
-    wanted = {_text(key): key for key in keys}
+    wanted = {key.encode() + b"\0": key for key in keys}
     try:
         end = _aligned(_end_of_text(data, _FRAME), 4) + 4
         for _ in range(_read_count(data, end - 4)[0]):
@@ -363,9 +363,10 @@ def diagnostic_values(data: bytes, keys: Collection[str]) -> list[tuple[str, str
             end = _aligned(_end_of_text(data, device), 4) + 4
             for _ in range(_read_count(data, end - 4)[0]):
                 begin = _aligned(end, 4)
-                value = _aligned(_end_of_text(data, begin), 4)
+                end = _end_of_text(data, begin)
+                key, value = wanted.get(data[begin + 4 : end]), _aligned(end, 4)
                 end = _end_of_text(data, value)
-                if key := wanted.get(data[begin:value]):
+                if key is not None:
                     found.append((_string(data, name)[0], key, _string(data, value)[0]))
     except (struct.error, UnicodeDecodeError) as error:
         raise MessageError(f"a DiagnosticArray of {len(data)} bytes: {error}") from None
