@@ -191,7 +191,8 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     if known == _WHEEL_VELOCITY and state.wheel_known == _WHEEL_VELOCITY:
         moving, set_off, one_step = _encoder_step(state, sample)
         forward = (velocity - state.velocity) / dt * c.wheel  # (20)
-        needed = c.wheel_radius * one_step / LARGEST_STEP / (dt + c.velocity_time_constant)
+        passed = dt + max(c.velocity_time_constant, 0.0)  # by the low-pass
+        needed = c.wheel_radius * one_step / LARGEST_STEP / passed
         if needed > COARSEST:
             forward = 0.0
         elif needed > dt:
