@@ -74,6 +74,8 @@ ARM = 0.1
 """Deviation of the arm from 0 that is expected [m]."""
 NOISE = 1e-3
 """Smallest noise of the force [m/s^2]."""
+TINY = 1e-12
+"""What is added to a sum of squares of signals that may be nothing."""
 STANDING = NOISE / (FITTING * RADII[1])
 """Acceleration of the wheels [rad/s^2], rms, up to which no fit can be clear."""
 UPRIGHT, LARGEST_FORCE, LARGEST_TURN = 0.4, 1.0, 2.0
@@ -216,15 +218,51 @@ def _row(first: _Means, middle: _Means, last: _Means) -> tuple[float, ...]:
     )
 
 
-def _within(rows: FloatArray, up: float, forward: float, range_: float) -> bool:
-    """Return whether the robot stands upright and leans little, by these limits."""
-    if not np.isfinite(rows).all():
-        return False
+class _Window(NamedTuple):
+    """What one window of rows holds of force x, y, z, turn x, y, z, turning x, y, z and rolling."""
+
+    moments: list[list[float]]
+    """Sums of the products of each two of them, straight lines taken out, (10, 10)."""
+    up: float
+    """Smallest force along z, as a share of gravity."""
+    forward: float
+    """Largest force along x or y, as a share of gravity."""
+    turned: float
+    """Range of the turn about y [rad]."""
+    gravity: float
+    """Mean length of the force [m/s^2]."""
+
+    def within(self, up: float, forward: float, turned: float, factor: float = 1.0) -> bool:
+        """Return whether the robot stands upright and leans little, by these limits.
+
+        Args:
+            up: limit of the smallest upward force, as a share of gravity.
+            forward: limit of the largest forward or sideways force, likewise.
+            turned: limit of the turn [rad].
+            factor: what the turn is divided by first.
+        """
+        return self.up > up and self.forward < forward and self.turned < turned * factor
+
+    def left(self, radius: float) -> float:
+        """Return what the right axes leave with wheels of this radius, rms [m/s^2]."""
+        weights = {0: 1.0, 4: STANDARD_GRAVITY, 9: -radius}
+        products = (weights[i] * weights[j] * self.moments[i][j] for i in weights for j in weights)
+        return math.sqrt(max(sum(products), 0.0) / WINDOW)
+
+
+def _window(rows: FloatArray) -> _Window | None:
+    """Return what rows of numbers hold, (WINDOW, 10); None where one is not finite."""
+    signals = _DETRENDED @ rows
+    moments: list[list[float]] = (signals.T @ signals).tolist()
+    if not math.isfinite(sum(map(sum, moments))):
+        return None
     force, turn = rows[:, :3], rows[:, 4]
-    return bool(
-        force[:, 2].min() > up * STANDARD_GRAVITY
-        and np.abs(force[:, :2]).max() < forward * STANDARD_GRAVITY
-        and turn.max() - turn.min() < range_
+    return _Window(
+        moments,
+        float(force[:, 2].min()) / STANDARD_GRAVITY,
+        float(np.abs(force[:, :2]).max()) / STANDARD_GRAVITY,
+        float(turn.max() - turn.min()),
+        float(np.sqrt((force * force).sum(axis=1)).mean()),
     )
 
 
@@ -239,67 +277,74 @@ def _straight(count: int) -> FloatArray:
 _DETRENDED = _straight(WINDOW)
 
 
-def fitted(rows: FloatArray, force_axis: int, turn_axis: int) -> Fit:
+def _fitted(window: _Window, force_axis: int, turn_axis: int, factor: float = 1.0) -> Fit:
     """Return the ratio of gyro and force about these axes, 0 to 2 for x, y, z.
 
+    Three unknowns by least squares, written out: the interpreter is always warm, which numpy's
+    small matrices between two samples are not.
+
     Args:
-        rows: of one window, (WINDOW, 10): force, turn and turning along x, y, z, rolling.
+        window: what is looked at.
         force_axis: the axis of the force.
         turn_axis: the axis of the turn.
+        factor: what the turn is divided by first.
     """
-    chosen = rows[:, (3 + turn_axis, 6 + turn_axis, 9, force_axis)]
-    signals = _DETRENDED @ chosen
-    signals[:, 0] *= -STANDARD_GRAVITY
-    terms, force = signals[:, :3], signals[:, 3]
-    moments, products = terms.T @ terms, terms.T @ force
-    moments[0, 0] += 1e-12
-    moments[2, 2] += 1e-12
-    count, variance = rows.shape[0], NOISE
+    turn, turning, rolling = (window.moments[i] for i in (3 + turn_axis, 6 + turn_axis, 9))
+    lean = -STANDARD_GRAVITY / factor
+    aa, ab, ac = (
+        lean * lean * turn[3 + turn_axis],
+        lean * turn[6 + turn_axis] / factor,
+        lean * turn[9],
+    )
+    bb, bc, cc = turning[6 + turn_axis] / factor**2, turning[9] / factor, rolling[9]
+    fa, fb, fc = lean * turn[force_axis], turning[force_axis] / factor, rolling[force_axis]
+    ff = window.moments[force_axis][force_axis]
+    a, c, variance = aa + TINY, cc + TINY, NOISE
     for _ in range(3):
-        weighed = moments.copy()
-        weighed[1, 1] += variance / ARM**2
-        inverse = np.linalg.inv(weighed)
-        values = inverse @ products
-        left = force - terms @ values
-        variance = max(float(left @ left) / (count - 5), NOISE**2)
-    errors = np.sqrt(variance * np.diag(inverse))
-    ratio, radius = float(values[0]), float(values[2])
-    parts = np.abs(values) * np.sqrt(np.diag(moments) / count)
-    certainty = abs(radius) / float(errors[2])
-    share = math.sqrt(variance) / max(min(parts[0], parts[2]), NOISE)
+        b = bb + variance / ARM**2
+        inverse_a, inverse_c = b * c - bc * bc, a * b - ab * ab
+        mixed_ab, mixed_ac, mixed_bc = bc * ac - ab * c, ab * bc - b * ac, ab * ac - a * bc
+        size = a * inverse_a + ab * mixed_ab + ac * mixed_ac
+        if not (0.0 < size < math.inf and inverse_a > 0.0 and inverse_c > 0.0):  # one signal twice
+            return Fit(0.0, 0.0, math.sqrt(ff / WINDOW), False, math.inf, 0.0)
+        ratio = (inverse_a * fa + mixed_ab * fb + mixed_ac * fc) / size
+        arm = (mixed_ab * fa + (a * c - ac * ac) * fb + mixed_bc * fc) / size
+        radius = (mixed_ac * fa + mixed_bc * fb + inverse_c * fc) / size
+        explained = ratio * (2.0 * fa - aa * ratio - 2.0 * ab * arm - 2.0 * ac * radius)
+        explained += arm * (2.0 * fb - bb * arm - 2.0 * bc * radius) + radius * (
+            2.0 * fc - cc * radius
+        )
+        variance = max((ff - explained) / (WINDOW - 5), NOISE**2)
+    ratio_error, radius_error = (
+        math.sqrt(variance * each / size) for each in (inverse_a, inverse_c)
+    )
+    leaning, driving = abs(ratio) * math.sqrt(a / WINDOW), abs(radius) * math.sqrt(c / WINDOW)
+    certainty = abs(radius) / radius_error
+    share = math.sqrt(variance) / max(min(leaning, driving), NOISE)
     clear = (
-        abs(ratio) > CERTAIN * errors[0]
+        abs(ratio) > CERTAIN * ratio_error
         and certainty > ROLLING
         and RADII[0] < abs(radius) < RADII[1]
         and share < FITTING
     )
-    return Fit(ratio, radius, math.sqrt(variance), bool(clear), share, certainty)
-
-
-def _as_configured(rows: FloatArray, radius: float) -> float:
-    """Return what the right axes leave with wheels of this radius, rms [m/s^2]."""
-    signals = _DETRENDED @ rows[:, (0, 4, 9)]
-    return _rms(signals @ np.array([1.0, STANDARD_GRAVITY, -radius]))
-
-
-def _rms(values: FloatArray) -> float:
-    return math.sqrt(float(values @ values) / values.size)
+    return Fit(ratio, radius, math.sqrt(variance), clear, share, certainty)
 
 
 def _judged(rows: FloatArray) -> tuple[bool, Finding | None]:
     """Return whether a window shows that all is right, and what it shows to be wrong."""
-    if _rms(_DETRENDED @ rows[:, 9]) <= STANDING:
+    window = _window(rows)
+    if window is None or math.sqrt(window.moments[9][9] / WINDOW) <= STANDING:
         return False, None
-    if not _within(rows, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
-        return False, _too_far(rows)
-    fit = fitted(rows, 0, 1)
+    if not window.within(UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+        return False, _too_far(window)
+    fit = _fitted(window, 0, 1)
     if fit.clear and RIGHT[0] < fit.ratio < RIGHT[1]:
         return True, None
-    calm = _within(rows, *CALM)
-    found = _sign(fit) or _scale(rows, fit)
+    calm = window.within(*CALM)
+    found = _sign(fit) or _scale(window, fit)
     if found is None and not calm:
-        found = _too_far(rows)
-    return False, found or _axes(rows, calm)
+        found = _too_far(window)
+    return False, found or _axes(window, calm)
 
 
 def _sign(fit: Fit) -> Finding | None:
@@ -314,24 +359,21 @@ def _sign(fit: Fit) -> Finding | None:
     return Finding(Severity.FAIL, subject, "sign", text, 1.0 / fit.ratio, "robot.mounting")
 
 
-def _scale(rows: FloatArray, fit: Fit) -> Finding | None:
+def _scale(window: _Window, fit: Fit) -> Finding | None:
     """Return that the gyro has another scale or unit, gravity being that of the accelerometer."""
-    gravity = float(np.linalg.norm(rows[:, :3], axis=1).mean())
-    ratio = fit.ratio * STANDARD_GRAVITY / gravity
+    ratio = fit.ratio * STANDARD_GRAVITY / window.gravity
     known = fit.clear and fit.share < FITTING_SCALE and fit.certainty > ROLLING_SCALE
     if not known or SCALES[0] < abs(ratio) < SCALES[1]:
         return None
     return _of_scale(1.0 / ratio)
 
 
-def _too_far(rows: FloatArray) -> Finding | None:
+def _too_far(window: _Window) -> Finding | None:
     """Return that the gyro's turn, too large for an upright robot, fits by another scale."""
     for factor in TOO_FAR:
-        slower = rows.copy()
-        slower[:, 3:9] /= factor
-        if not _within(slower, UPRIGHT, LARGEST_FORCE, LARGEST_TURN):
+        if not window.within(UPRIGHT, LARGEST_FORCE, LARGEST_TURN, factor):
             continue
-        fit = fitted(slower, 0, 1)
+        fit = _fitted(window, 0, 1, factor)
         if fit.clear and WHOLE[0] < abs(fit.ratio) < WHOLE[1] and fit.share < FITTING_AXES:
             return _of_scale(factor / fit.ratio)
     return None
@@ -347,15 +389,15 @@ def _of_scale(turns: float) -> Finding:
     return Finding(Severity.FAIL, "gyro", "unit", text, turns, "calibration.gyro_scale")
 
 
-def _axes(rows: FloatArray, calm: bool) -> Finding | None:
+def _axes(window: _Window, calm: bool) -> Finding | None:
     """Return that other axes than the configured ones show the leaning."""
     better, fitting = (OTHER_AXIS, FITTING_AXES) if calm else (WILD_OTHER_AXIS, WILD_FITTING_AXES)
     for force, turn in AXES:
-        other = fitted(rows, force, turn)
+        other = _fitted(window, force, turn)
         whole = other.clear and WHOLE[0] < abs(other.ratio) < WHOLE[1]
         if not whole or other.share > fitting:
             continue
-        if better * other.left < _as_configured(rows, abs(other.radius)):
+        if better * other.left < window.left(abs(other.radius)):
             text = (
                 f"while the robot rolls, the turn about {'xyz'[turn]} and the force along "
                 f"{'xyz'[force]} show its leaning: the axes are swapped; x is forward, y left, z "
