@@ -16,7 +16,8 @@ from twbr_estimation.many.evaluation import Evaluation, merged
 from twbr_estimation.many.places import recordings_at
 from twbr_estimation.many.results import ResultTable
 from twbr_estimation.many.series import BATCH_SECONDS, Progress, Series, run
-from twbr_estimation.workers import LocalPool, ThisProcess, Work, Workers
+from twbr_estimation.workers import ThisProcess, Work, Workers
+from twbr_estimation.workers.local_pool import LocalPool
 
 NAMES = ("complementary", "kalman", "accelerometer")
 REQUEST = RunRequest(NAMES)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from twbr_estimation.filters import filter_named
 from twbr_estimation.tuning.filter import TuningTask, mean_square_error, tune_filter
 from twbr_estimation.tuning.several import tune_filters
-from twbr_estimation.workers import LocalPool
+from twbr_estimation.workers.local_pool import LocalPool
 
 NAMES = ["complementary", "alpha_beta_wob", "kalman_tuned"]
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from twbr_estimation.workers import LocalPool, ThisProcess, Work, Workers
-from twbr_estimation.workers.local_pool import ATTEMPTS
+from twbr_estimation.workers import ThisProcess, Work, Workers
+from twbr_estimation.workers.local_pool import ATTEMPTS, LocalPool
 from workers.work import dies, refuses, slow, squared
 
 

@@ -80,7 +80,8 @@ def workers_of(
     jobs = arguments.jobs if arguments.jobs is not None else default or _processors()
     if jobs < 1:
         raise ConfigurationError(f"--jobs {jobs}: at least 1 is needed")
-    from ..workers import LocalPool, ThisProcess
+    from ..workers import ThisProcess
+    from ..workers.local_pool import LocalPool
 
     yield ThisProcess() if jobs == 1 else LocalPool(jobs, module)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import shutil
 from contextlib import suppress
 from pathlib import Path
@@ -18,7 +17,7 @@ ASIDE = ".old"
 
 def token() -> str:
     """Return a part of a name that no other writer has."""
-    return secrets.token_hex(4)
+    return os.urandom(4).hex()
 
 
 def synchronised(path: Path, everything: bool = False) -> None:

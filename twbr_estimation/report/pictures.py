@@ -129,7 +129,8 @@ def tilt_picture(traces: Sequence[Trace], title: str, path: Path) -> None:
     for trace in visible:
         _draw_trace(axes[0][0], trace, trace.times, trace.tilt)
     axes[0][0].set_ylabel("tilt [deg]")
-    axes[0][0].set_title(safe(title), loc="left", parse_math=False)
+    # Without y=1.0 it is placed twice: the ticks are drawn to find out that they are not above.
+    axes[0][0].set_title(safe(title), loc="left", y=1.0, parse_math=False)
     axes[0][0].legend(loc="upper right", ncols=len(visible))
     for trace in scored:
         _draw_trace(axes[1][0], trace, trace.error_times, trace.error)

@@ -7,6 +7,5 @@ is decided while they are worked on, so that a million of them take no more memo
 from __future__ import annotations
 
 from .base import Channel, Outcomes, ThisProcess, UnitResult, Work, Workers
-from .local_pool import LocalPool
 
-__all__ = ["Channel", "LocalPool", "Outcomes", "ThisProcess", "UnitResult", "Work", "Workers"]
+__all__ = ["Channel", "Outcomes", "ThisProcess", "UnitResult", "Work", "Workers"]
