@@ -26,9 +26,10 @@ class StandIn:
         self.parameters, self.sent = parameters, []
         self._parameter_overrides: dict[str, Any] = {}
 
-    def declare_parameter(self, name: str, default: Any, descriptor: Any = None) -> Any:
-        self.parameters.setdefault(name, default)
-        return self.get_parameter(name)
+    def _set_parameters_atomically_common(self, parameters: Any, *_: Any) -> Any:
+        for each in parameters:
+            self.parameters.setdefault(each.name, each.value)
+        return SimpleNamespace(successful=True)
 
     def get_parameter(self, name: str) -> Any:
         return SimpleNamespace(value=self.parameters[name])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -12,7 +12,7 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -74,7 +74,7 @@ class NodeParameters(Generic[Built]):
             ConfigurationError: an initial value of the wrong type or outside its limits.
         """
         self._declared = {each.name: each for each in declarations}
-        values = {name: declare(node, each) for name, each in self._declared.items()}
+        values = declare_all(node, list(self._declared.values()))
         self._build = build
         self._apply = apply
         self._checked: tuple[Mapping[str, Any], Built] | None = None
@@ -130,46 +130,61 @@ def require_length(declaration: Declaration, value: Any) -> None:
 
 
 def declare(node: Node, declaration: Declaration) -> Any:
-    """Declare one parameter and return its first value.
+    """Declare one parameter and return its first value; errors as `declare_all`."""
+    return declare_all(node, [declaration])[declaration.name]
+
+
+def declare_all(node: Node, declarations: Sequence[Declaration]) -> dict[str, Any]:
+    """Declare parameters in one step, and return their first values by name.
+
+    `Node.declare_parameters` would take each in a step of its own, with an event for each, which
+    for many takes longer than the filters' import.
 
     Raises:
         ConfigurationError: a first value of the wrong type or outside the limits.
     """
-    default = declaration.default
-    _use_declared_type(node, declaration)
-    try:
-        if default == ():
-            _declare_empty(node, declaration)
-        else:
-            initial = list(default) if isinstance(default, tuple) else default
-            node.declare_parameter(declaration.name, initial, descriptor_of(declaration))
-    except InvalidParameterTypeException:
-        raise ConfigurationError(_wrong_type(node, declaration)) from None
-    except InvalidParameterValueException as error:
-        raise ConfigurationError(str(error)) from None
-    value = _plain(node.get_parameter(declaration.name).value)
-    require_length(declaration, value)
-    return value
+    first, descriptors = [], {}
+    for each in declarations:
+        kind, descriptor = _type_of(each), descriptor_of(each)
+        descriptor.type = kind.value
+        descriptors[each.name] = descriptor
+        first.append(_given(node, each, kind) or Parameter(each.name, kind, _listed(each.default)))
+    if not node._set_parameters_atomically_common(first, descriptors, True).successful:
+        for each, parameter in zip(declarations, first, strict=True):
+            result = node._set_parameters_atomically_common([parameter], descriptors, True)
+            if not result.successful:
+                raise ConfigurationError(_refusal(each, parameter, result.reason))
+    found = {each.name: _plain(node.get_parameter(each.name).value) for each in declarations}
+    for each in declarations:
+        require_length(each, found[each.name])
+    return found
 
 
-def _use_declared_type(node: Node, declaration: Declaration) -> None:
-    """Give an initial array the type that is declared: `[0, 0]` for doubles, and an empty one."""
-    given = node._parameter_overrides.get(declaration.name)
+def _given(node: Node, declaration: Declaration, kind: Parameter.Type) -> Parameter | None:
+    """Return the initial value that a user gives; None without one.
+
+    An array gets the type that is declared: `[0, 0]` for doubles, and an empty one.
+    """
+    given: Parameter | None = node._parameter_overrides.get(declaration.name)
     if given is None or not isinstance(declaration.default, tuple):
-        return
-    kind = _array_type(declaration)
+        return given
     if given.type_ is Parameter.Type.NOT_SET:
-        node._parameter_overrides[given.name] = Parameter(given.name, kind, [])
-    elif (given.type_, kind) == (Parameter.Type.INTEGER_ARRAY, Parameter.Type.DOUBLE_ARRAY):
-        numbers = [float(each) for each in given.value]
-        node._parameter_overrides[given.name] = Parameter(given.name, kind, numbers)
+        return Parameter(given.name, kind, [])
+    if (given.type_, kind) == (Parameter.Type.INTEGER_ARRAY, Parameter.Type.DOUBLE_ARRAY):
+        return Parameter(given.name, kind, [float(each) for each in given.value])
+    return given
 
 
-def _array_type(declaration: Declaration) -> Parameter.Type:
-    if declaration.default == ():
+def _listed(value: Any) -> Any:
+    """Return a tuple as the list that rclpy takes, everything else as it is."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _type_of(declaration: Declaration) -> Parameter.Type:
+    if declaration.default == ():  # which does not show the type of its elements
         strings = Parameter.Type.STRING_ARRAY, Parameter.Type.DOUBLE_ARRAY
         return strings[0] if declaration.strings else strings[1]
-    return Parameter.Type.from_parameter_value(list(declaration.default))
+    return Parameter.Type.from_parameter_value(_listed(declaration.default))
 
 
 _NEEDED = {
@@ -182,14 +197,11 @@ _NEEDED = {
 }
 
 
-def _wrong_type(node: Node, declaration: Declaration) -> str:
-    """Return what an initial value of the wrong type must be instead."""
-    default, given = declaration.default, node._parameter_overrides[declaration.name].value
-    kind = (
-        _array_type(declaration)
-        if isinstance(default, tuple)
-        else Parameter.Type.from_parameter_value(default)
-    )
+def _refusal(declaration: Declaration, first: Parameter, reason: str) -> str:
+    """Return what is wrong with an initial value, and what it must be where that is its type."""
+    kind, given = _type_of(declaration), first.value
+    if first.type_ is kind:
+        return str(InvalidParameterValueException(first.name, given, reason))
     if kind is Parameter.Type.STRING_ARRAY:
         word = given if isinstance(given, str) else "name"
         needed = f"a list of texts, as in ['{word}']"
@@ -198,22 +210,6 @@ def _wrong_type(node: Node, declaration: Declaration) -> str:
         if kind is Parameter.Type.INTEGER:
             needed = f"a whole number, as in {_whole_number(given)}"
     return f"{declaration.name}: {given!r} is of the wrong type; needed is {needed}"
-
-
-def _declare_empty(node: Node, declaration: Declaration) -> None:
-    """Declare an array whose default is empty, which does not show the type of its elements.
-
-    It must get a value all the same: asked for many parameters of which one has no value,
-    rclpy answers with none, and `ros2 param dump` writes an empty file.
-    """
-    kind = _array_type(declaration)
-    descriptor = descriptor_of(declaration)
-    descriptor.read_only = False
-    if node.declare_parameter(declaration.name, kind, descriptor).value is None:
-        node.set_parameters([Parameter(declaration.name, kind, [])])
-    final = descriptor_of(declaration)
-    final.type = kind.value
-    node.set_descriptor(declaration.name, final)
 
 
 def _whole_number(value: Any) -> int:
