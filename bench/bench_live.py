@@ -245,7 +245,7 @@ def prepared(name: str) -> str:
 
 def compare_starts(rounds: int) -> None:
     """Print start-up time and memory of the filter node beside an empty one and a relay."""
-    names = ("empty", "relay", "filter_alone")
+    names = ("empty", "relay", "filter_node")
     found: dict[str, list[tuple[float, float, int]]] = {name: [] for name in names}
     for name in found:
         Subject(name, []).stop()

@@ -38,7 +38,7 @@ RAW_INPUT = ["--ros-args", "-r", "imu/data_corrected:=imu/data_raw", *QOS]
 RELAY = "relay of rclpy alone"
 SUBJECTS = {
     RELAY: ("relay", [], "relay"),
-    "filter_node": ("filter_alone", RAW_INPUT, "filter_node"),
+    "filter_node": ("filter_node", RAW_INPUT, "filter_node"),
     "correction + filter": ("ours", OURS, "filter_node"),
 }
 """Name and arguments of a subject, and the node whose parameters are set."""

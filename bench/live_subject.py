@@ -66,8 +66,8 @@ def ours() -> Sequence[Node]:
     return compose()
 
 
-def filter_alone() -> Node:
-    """Return the filter node."""
+def filter_node() -> Node:
+    """Return the filter node; by this name the process is started as its command is."""
     from twbr_estimation.nodes.filter_node import FilterNode
 
     return FilterNode()
@@ -79,7 +79,7 @@ def empty() -> Node:
 
 
 SUBJECTS: dict[str, Callable[[], Node | Sequence[Node]]] = {
-    each.__name__: each for each in (relay, raw_relay, ours, filter_alone, empty)
+    each.__name__: each for each in (relay, raw_relay, ours, filter_node, empty)
 }
 
 

@@ -22,16 +22,13 @@ from typing import NoReturn
 from .. import __version__
 from ..errors import TwbrError
 from ..printing.text import safe, say
+from ..starting import start_quickly
 from .terminal import make_printable
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C: 128 + SIGINT."""
 BROKEN_PIPE = 141
 """Exit status when the reader of our output went away: 128 + SIGPIPE."""
-GARBAGE_THRESHOLD = 200_000
-"""Objects between two collections: at Python's 700 they take a fifth of a short command's time."""
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
-"""For numpy: its further threads, which our small matrices never need, wait busily for 0.1 s."""
 PACKAGE = "twbr_estimation"
 REPAIR = "install it, or all that recordings need: pip install mcap rosbags zstandard lz4"
 _NO_VERBS = ("arguments", "frames", "main", "many", "progress_lines", "terminal")
@@ -73,9 +70,8 @@ def _summary(module: str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return its exit status."""
-    gc.set_threshold(GARBAGE_THRESHOLD)
+    start_quickly()
     atexit.register(gc.freeze)  # the search for garbage at the very end would take 0.1 s
-    os.environ.setdefault(*ONE_THREAD)
     given = list(sys.argv[1:] if arguments is None else arguments)
     _replace_closed_streams()
     make_printable(sys.stdout, sys.stderr)

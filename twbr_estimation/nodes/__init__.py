@@ -5,10 +5,13 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import signal
 import sys
 from collections.abc import Sequence
+
+from ..starting import start_quickly
 
 _COMMAND = re.compile(r"(.*/)?\w+_node|.*\btwbr_estimation\.nodes\.\w+.*", re.DOTALL)
 
@@ -18,6 +21,11 @@ def is_command(command_line: Sequence[str]) -> bool:
     return any(_COMMAND.fullmatch(each) for each in command_line[1:3])
 
 
-if is_command(sys.orig_argv) and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    # Ctrl-C while the modules of a node are still imported ends it without a traceback.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+USUAL_GARBAGE = gc.get_threshold()
+"""What `start_quickly` changes, to be set again once the nodes run."""
+
+if is_command(sys.orig_argv):
+    start_quickly()
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        # Ctrl-C while the modules of a node are still imported ends it without a traceback.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
