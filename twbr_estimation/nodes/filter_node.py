@@ -80,10 +80,10 @@ class FilterNode(GuardedNode):
             self._judge = valid.topic_name
         self._find_inputs()
         self.create_service(Trigger, "~/reset", self._on_reset)
-        self._code = MachineCode(self, self._use_machine_code)
         self._watchdog = Watchdog(self, inputs.timeout, self._tick)
         self._agreement = RobotAgreement(self, lambda: self._chosen.current.setup.robot)
         self._diagnostics = Diagnostics(self, self._report)
+        self._code = MachineCode(self, self._use_machine_code)  # last: a thread that begins to load
 
     def _find_inputs(self) -> None:
         """Listen to wheels and motors from the moment on when something needs them."""
