@@ -1,10 +1,8 @@
 """What a check found: how serious, about which data, in words, and what to change."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 
 class Severity(IntEnum):
@@ -20,8 +18,7 @@ class Severity(IntEnum):
     """The data contradict each other, physics or the robot's description."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(NamedTuple):
     """The result of one check."""
 
     severity: Severity

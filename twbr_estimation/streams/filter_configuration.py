@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
-from typing import Annotated
+from types import MappingProxyType
+from typing import Annotated, NamedTuple
 
 from ..configuration.filter_settings import DEFAULT_FILTER, Settings
 from ..errors import ConfigurationError
@@ -87,14 +88,13 @@ def _defaults(name: str) -> dict[str, float]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class FilterConfiguration:
+class FilterConfiguration(NamedTuple):
     """Everything the filters of one stream are made of."""
 
-    settings: FilterSettings = field(default_factory=FilterSettings)
-    parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    settings: FilterSettings = FilterSettings()
+    parameters: Mapping[str, Mapping[str, float]] = MappingProxyType({})
     """Parameter values by filter name; defaults for the others."""
-    robot: Robot = field(default_factory=Robot)
+    robot: Robot = Robot()
 
     def tuned(self) -> Settings:
         """Return the values that are not the filters' defaults, as a settings file has them."""
