@@ -52,6 +52,12 @@ def test_an_empty_array_default_can_be_filled_at_run_time(graph: Any) -> None:
     assert parameters.current.calibration.accel_scale_x == (0.1, 0.2)
 
 
+def test_an_empty_array_can_be_given_at_the_start(graph: Any) -> None:
+    empty = [Parameter("compare", Parameter.Type.NOT_SET)]  # as rcl reads `compare:=[]`
+    node = graph.add(Node("subject", **{**graph.options(), "parameter_overrides": empty}))
+    assert declare_filter_parameters(node, lambda _: None).current.filters.settings.compare == ()
+
+
 def test_all_parameters_can_be_asked_for_at_once(graph: Any) -> None:
     node = graph.add(Node("subject", **graph.options()))
     _setup_parameters(node, [])
