@@ -11,7 +11,7 @@ from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.batch.judging import trusted
 from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline.pairing import pair
-from twbr_estimation.recording import FloatArray
+from twbr_estimation.recording import FloatArray, ImuTrack
 from twbr_estimation.simulation.hard_days import DAYS, Day
 
 SEED = 4001
@@ -134,11 +134,18 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
 
 
-def test_readings_of_a_chip_that_wakes_up_are_not_trusted() -> None:
-    """The first sample is all zeros; the second shows where down is."""
-    made, wheels, _ = day("first sample zeros", 0.005)
-    entry, truth = filter_named("ins_odometer"), made.recording.truth
+@pytest.mark.parametrize("asleep", [1, 3, 20])
+def test_readings_of_a_chip_that_wakes_up_are_not_trusted(asleep: int) -> None:
+    """The first samples are all zeros; the next one shows where down is."""
+    made, _, _ = day("first sample zeros", 0.005)
+    imu, truth, entry = made.recording.imu, made.recording.truth, filter_named("ins_odometer")
     assert truth is not None
-    found = run_filter(entry, entry.configure(), wheels, made.setup.robot)
+    gyro, accel = imu.gyro.copy(), imu.accel.copy()
+    gyro[:asleep] = accel[:asleep] = 0.0
+    woken = ImuTrack(imu.stamps, gyro, accel)
+    track = correct(pair(woken, made.recording.wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
     error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
-    assert np.abs(error[1:]).max() < 5.0
+    assert np.abs(error[asleep:]).max() < 5.0
+    assert not trusted(entry, track, found)[:asleep].any()
+

@@ -216,9 +216,8 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
 
 def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Integrate one sample; at the end of a window compare and repair."""
-    if state.tilt_variance == UNKNOWN_TILT * UNKNOWN_TILT and shows_gravity(sample):
-        bias = state.gyro_bias  # the sample before said nothing: a chip that woke up, a free fall
-        return reset(TiltEstimate(sample.angle, sample.gyro_y - bias, bias, 0.0), sample, c)
+    if state.tilt_variance == UNKNOWN_TILT * UNKNOWN_TILT:
+        return _woken(state, sample, c)
     gravity = weighed(state.gravity, sample, state.last.body)
     sample = _adjusted(state, gravity, sample, c)
     geometry, last = c.geometry, state.last
@@ -270,6 +269,13 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     if moved.window.time < PERIOD and was_saturated == gyro_saturated(sample):
         return moved
     return _compared(moved, unseen, still, sample, c)
+
+
+def _woken(state: State, sample: CorrectedSample, c: Coefficients) -> State:
+    """Begin at the first sample that shows gravity: before, a chip wakes up, or a robot falls."""
+    rate = sample.gyro_y - state.gyro_bias
+    tilt = sample.angle if shows_gravity(sample) else state.tilt + rate * sample.dt
+    return reset(TiltEstimate(tilt, rate, state.gyro_bias, 0.0), sample, c)
 
 
 def _navigation_variance(state: State) -> float:
