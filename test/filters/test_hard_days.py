@@ -134,6 +134,25 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
 
 
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("ins_odometer", 0.05), ("ins_odometer", 0.3), ("complementary", 0.3)]
+)
+def test_a_chip_that_loses_its_supply_is_not_believed(name: str, seconds: float) -> None:
+    """It sends zeros at times, which look like a fall without turning, less the biases."""
+    made = DAYS["accelerometer 15 mg off"](SEED, 0.005)
+    imu, truth, entry = made.recording.imu, made.recording.truth, filter_named(name)
+    assert truth is not None
+    time = (imu.stamps - imu.stamps[0]) * 1e-9
+    silent = (time > 5.0) & (time % 10.0 < seconds)
+    gyro, accel = imu.gyro.copy(), imu.accel.copy()
+    gyro[silent] = accel[silent] = 0.0
+    track = correct(pair(ImuTrack(imu.stamps, gyro, accel), made.recording.wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+    wrong = (np.abs(error) > 5.0) & trusted(entry, track, found)
+    assert wrong.mean() < 0.001
+
+
 @pytest.mark.parametrize("asleep", [1, 3, 20])
 def test_readings_of_a_chip_that_wakes_up_are_not_trusted(asleep: int) -> None:
     """The first samples are all zeros; the next one shows where down is."""
@@ -148,4 +167,3 @@ def test_readings_of_a_chip_that_wakes_up_are_not_trusted(asleep: int) -> None:
     error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
     assert np.abs(error[asleep:]).max() < 5.0
     assert not trusted(entry, track, found)[:asleep].any()
-

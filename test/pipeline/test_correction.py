@@ -282,6 +282,20 @@ def test_a_turn_leaves_no_trace_in_the_angle(lever: tuple[float, float, float]) 
     assert abs(within.mean()) < 0.005  # what is left are the wheels' accelerations, which average
 
 
+@pytest.mark.parametrize("turning", [0.0, 1e-4])
+def test_a_chip_that_sends_zeros_only_has_all_its_axes_flagged(turning: float) -> None:
+    """A reading that is zero on five axes is one."""
+    calibration = Calibration(gyro_bias=(0.02, 0.0, 0.0), accel_bias=(0.3, 0.0, -0.2))
+    corrector = Corrector(Setup(Robot(), calibration))
+    corrector.step(Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY))
+    sample = corrector.step(Sample(0.005, 0.0, 0.0, turning, 0.0, 0.0, 0.0))
+    assert flags(sample) == (float(turning == 0.0),) * 6
+    assert (
+        flags(corrector.step(Sample(0.005, 0.0, 0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY)))
+        == (0.0,) * 6
+    )
+
+
 def test_a_saturated_yaw_gyro_is_replaced_by_the_wheels() -> None:
     recording, setup = turned((0.0157, 0.0, 0.046), gyro_range=math.radians(250.0))
     limit = setup.robot.gyro_range

@@ -85,9 +85,12 @@ def _corrected(
         last: Angle one sample ago [rad], for free fall.
         c: The coefficients.
     """
+    gyro_limit, accel_limit = c.gyro_limit, c.accel_limit
+    if _is_silent(sample):
+        gyro_limit = accel_limit = 0.0
     rates, rates_saturated = doubt(
         (sample.gyro_x, sample.gyro_y, sample.gyro_z),
-        c.gyro_limit,
+        gyro_limit,
         c.gyro_ordinary,
         c.gyro_variance,
         c.gyro_saturated,
@@ -96,7 +99,7 @@ def _corrected(
     )
     forces, forces_saturated = doubt(
         (sample.accel_x, sample.accel_y, sample.accel_z),
-        c.accel_limit,
+        accel_limit,
         c.accel_ordinary,
         c.accel_variance,
         c.accel_saturated,
@@ -138,6 +141,15 @@ def _corrected(
         forces_saturated[1],
         forces_saturated[2],
     )
+
+
+def _is_silent(sample: Sample) -> bool:
+    """Return whether all readings are zero, as those of a chip that sleeps or has lost its supply.
+
+    They say as little as readings at full scale do.
+    """
+    gyro = sample.gyro_x == 0.0 and sample.gyro_y == 0.0 and sample.gyro_z == 0.0
+    return gyro and sample.accel_x == 0.0 and sample.accel_y == 0.0 and sample.accel_z == 0.0
 
 
 def start(sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:

@@ -46,6 +46,8 @@ SIDE_SLIP = 0.1
 """Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
 EXCESS_MEAN = 0.8
 """Usual tilt rate beyond the gyro's range while it is saturated [rad/s]."""
+SMALLEST_RANGE = 1.0
+"""No gyro's range ends below: a smaller reading that counts as saturated tells no side [rad/s]."""
 EXCESS_SPREAD = 4.0
 """Standard deviation of that rate [rad/s]."""
 EXCESS_TIME = 0.05
@@ -394,7 +396,7 @@ def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSa
 
     One-sided knowledge is used where the estimate contradicts it.
     """
-    if nav.excess * sample.gyro_y < 0.0 or not gyro_saturated(sample):
+    if nav.excess * _side(sample) < 0.0 or not gyro_saturated(sample):
         h = Slopes((EXCESS, EXCESS, EXCESS, EXCESS), (1.0, 0.0, 0.0, 0.0))
         observe(p, error, h, -nav.excess, EXCESS_END * EXCESS_END, 0.0, 0.0)
 
@@ -407,7 +409,12 @@ def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample
     keep = math.exp(-time / EXCESS_TIME)
     fade(p, EXCESS, EXCESS + 1, keep)
     p[EXCESS, EXCESS] += EXCESS_SPREAD * EXCESS_SPREAD * (1.0 - keep * keep)
-    return keep * excess + (1.0 - keep) * math.copysign(EXCESS_MEAN, sample.gyro_y)
+    return keep * excess + (1.0 - keep) * EXCESS_MEAN * _side(sample)
+
+
+def _side(sample: CorrectedSample) -> float:
+    """Return on which side a saturated tilt rate is, 1 or -1; 0 where the chip was silent."""
+    return math.copysign(1.0, sample.gyro_y) if abs(sample.gyro_y) > SMALLEST_RANGE else 0.0
 
 
 def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
