@@ -52,6 +52,7 @@ from .inertial.clipping import (
     begin_clipping,
     clipped,
     rate_of_wheels,
+    spun_variance,
     unseen_turn,
 )
 from .inertial.error_growth import propagated
@@ -347,7 +348,7 @@ def _compared(
     share = 1.0
     if wheels > 0.0 and sure:
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
-    doubt = share * min(unseen_variance(vertical), first)
+    doubt = share * min(unseen_variance(vertical), first) + spun_variance(moved.clipping, now.body)
     if wheels == 0.0:
         doubt += swayed_variance(vertical)
     elif not sure:

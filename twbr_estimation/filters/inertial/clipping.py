@@ -29,6 +29,11 @@ GAP = 0.03
 """A longer time between two samples hides a motion [s]."""
 UNSEEN_TURNING = 20.0
 """Variance of the turn hidden in a gap, per cube of its length [rad^2/s^3]."""
+SPUN_AFTER, SPUN_MEMORY = 0.1, 1.5
+"""A yaw rate that nothing shows for the first time turns a lean by any angle [s]; so long, at most,
+is that remembered."""
+PER_LEAN = 10.0
+"""Variance of the tilt then, per square of the lean."""
 UPRIGHT = 0.3
 """Least cosine between the body's z axis and the vertical at which wheels show the yaw rate."""
 
@@ -40,13 +45,15 @@ class Clipping(NamedTuple):
     """Largest angular acceleration about the left axis of late [rad/s^2]."""
     time: float
     """For how long the tilt rate has been beyond the range [s]."""
+    spun: float
+    """For how long the yaw rate has been, and nothing shows it; counted down afterwards [s]."""
     difference: float
     """Right minus left wheel angle one sample ago [rad]."""
 
 
 def begin_clipping(sample: CorrectedSample) -> Clipping:
     """Begin with one sample."""
-    return Clipping(0.0, 0.0, sample.wheel_difference)
+    return Clipping(0.0, 0.0, 0.0, sample.wheel_difference)
 
 
 def clipped(before: Clipping, rate: float, sample: CorrectedSample) -> Clipping:
@@ -58,7 +65,10 @@ def clipped(before: Clipping, rate: float, sample: CorrectedSample) -> Clipping:
             slope = max(slope, abs(sample.gyro_y - rate) / dt)
     if gyro_saturated(sample):
         time = before.time + dt
-    return Clipping(slope, time, sample.wheel_difference)
+    spun = max(before.spun - dt, 0.0)
+    if sample.gyro_saturated_z > 0.0:
+        spun = min(before.spun + dt, SPUN_MEMORY)
+    return Clipping(slope, time, spun, sample.wheel_difference)
 
 
 def unseen_turn(clipping: Clipping, sample: CorrectedSample, body: Matrix) -> float:
@@ -69,12 +79,21 @@ def unseen_turn(clipping: Clipping, sample: CorrectedSample, body: Matrix) -> fl
         rate = min(max(UNSEEN_RATE, SLOPE_MARGIN * clipping.slope * clipping.time), FASTEST)
         variance += rate * rate * dt * memory
     if sample.gyro_saturated_z > 0.0:
-        level = body[2] * body[2] + body[5] * body[5]
-        variance += level * UNSEEN_YAW * UNSEEN_YAW * dt * memory
+        variance += _lean_squared(body) * UNSEEN_YAW * UNSEEN_YAW * dt * max(memory, clipping.spun)
     if dt > GAP:
         silent = dt - GAP
         variance += UNSEEN_TURNING * silent * silent * silent
     return variance
+
+
+def spun_variance(clipping: Clipping, body: Matrix) -> float:
+    """Return the variance of the tilt by a turn about the vertical that nothing shows [rad^2]."""
+    return PER_LEAN * _lean_squared(body) if clipping.spun > SPUN_AFTER else 0.0
+
+
+def _lean_squared(body: Matrix) -> float:
+    """Return the squared sine of the angle between the body's z axis and the vertical."""
+    return body[2] * body[2] + body[5] * body[5]
 
 
 def rate_of_wheels(
