@@ -6,7 +6,7 @@ Each function takes in scalar measurements; arrays are changed in place.
 import math
 from typing import NamedTuple
 
-from ...samples import CorrectedSample, is_saturated
+from ...samples import CorrectedSample, is_saturated, wrapped
 from .error_state import (
     ATTITUDE,
     DISTANCE,
@@ -229,6 +229,15 @@ def rolled_distance(
     return geometry.wheel_radius * angle + arm[0] * forward + arm[1] * left
 
 
+def whole_turns_less(distance: float, geometry: Geometry) -> float:
+    """Return a small difference of distances [m] without the turn that the tilt makes at 180 deg.
+
+    Of an encoder on the body, which the tilt is added to.
+    """
+    radius = geometry.wheel_radius
+    return radius * wrapped(distance / radius) if geometry.on_body > 0.0 else distance
+
+
 def _wheel(
     p: Array,
     error: Array,
@@ -249,6 +258,8 @@ def _wheel(
     """
     h = wheel_slopes(nav, now, geometry)
     residual = rolled_distance(nav, now, sample, geometry) - nav.distance
+    if now.body[8] < 0.0:
+        residual = whole_turns_less(residual, geometry)
     variance = reading_variance(geometry, step, time)
     square = residual * residual / (scatter_of(p, h) + variance)
     if may_slip:

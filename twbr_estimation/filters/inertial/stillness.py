@@ -27,6 +27,8 @@ LARGEST_BIAS = 0.4
 UNEXPLAINED = 2.5
 """Standard deviation of the tilt per turn about level axes that no bias explains and that the
 specific force does not show: it may all be bias."""
+SILENT = 0.1
+"""A longer time between two samples ends a run [s]."""
 SHAKING = 0.2
 """A specific force further from the mean is motion [m/s^2]."""
 RECENT = 0.05
@@ -92,6 +94,8 @@ def noticed(stillness: Stillness, sample: CorrectedSample, rate: Vector, felt: V
         rate: the last reading of the gyro; a sensor that froze while it turned repeats it [rad/s].
         felt: the same of the accelerometer [m/s^2].
     """
+    if sample.dt > SILENT:
+        return begin_stillness(sample)
     gyro, accel, noise = stillness.gyro, stillness.accel, NOISE * NOISE
     p, q, r = sample.gyro_x - gyro[0], sample.gyro_y - gyro[1], sample.gyro_z - gyro[2]
     turning = max(TURNING * TURNING, noise * sample.gyro_variance_y)

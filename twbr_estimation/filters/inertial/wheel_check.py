@@ -12,7 +12,7 @@ navigation has a part in it: a lie that the navigation has learnt would vouch fo
 from typing import NamedTuple
 
 from ...samples import CorrectedSample
-from .aiding import Geometry
+from .aiding import Geometry, whole_turns_less
 from .encoder_steps import FIRST_STEP, Steps, stepped
 from .navigation import InertialReading
 from .strapdown import Matrix, Vector, heading_of, rotated, tilt_of
@@ -275,7 +275,7 @@ def compared(
     smooth, band = dt / (SMOOTHED + dt), dt / (left_out + dt)
     unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     fresh = still and check.waiting > 0.0
-    moved = smooth * (distance - before.travelled)
+    moved = smooth * whole_turns_less(distance - before.travelled, geometry)
     turning = before.turning + smooth * (yaw * aside - before.turning)
     velocity = moved / dt - before.turning
     rolled_slow = before.rolled_slow + band * (velocity - before.rolled_slow)
