@@ -92,6 +92,7 @@ from .inertial.stillness import (
 )
 from .inertial.strapdown import attitude_at, heading_of, tilt_ahead
 from .inertial.vertical import (
+    MEMORY,
     Vertical,
     agreed,
     at_rest,
@@ -140,9 +141,6 @@ UNSEEN_PROVEN = 0.1
 """The same where they have proven right."""
 REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
-SEEN = 1.0
-"""A vertical that stands for so long has seen all turns, so that it speaks against the wheels that
-led the navigation away from it [s]."""
 SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
 DRIFT = 0.002
@@ -329,7 +327,7 @@ def _compared(
     if error[0] * error[0] + error[1] * error[1] > JUMP * JUMP:
         check = restarted(check)
     strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
-    if wheels > 0.0 and (strange > 1.0 or (off and vertical.age >= SEEN and not still)):
+    if wheels > 0.0 and (strange > 1.0 or (off and vertical.age >= MEMORY and not still)):
         check = condemned(check)
     astray = check.trust.ignored > 0.0 and check.trust.since <= time
     lost = sample.dt > GAP and unseen > LOST_TURN
