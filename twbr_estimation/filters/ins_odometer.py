@@ -82,6 +82,7 @@ from .inertial.restart import (
     restarted_at_vertical,
 )
 from .inertial.stillness import (
+    ROLLED,
     Stillness,
     begin_stillness,
     is_still,
@@ -318,7 +319,8 @@ def _compared(
     nav, now, time, check = moved.navigation, moved.last, moved.window.time, moved.check
     p, first = _propagated(moved, unseen, sample, c), moved.first
     error = np.zeros(STATES)
-    wheels = usable_wheels(moved.aiding, sample) if believed(check) else 0.0
+    racing = still and moved.stillness.rolled > ROLLED
+    wheels = usable_wheels(moved.aiding, sample) if believed(check) and not racing else 0.0
     aiding = _aided(p, error, moved, wheels, still, sample, c)
     fixed = repaired(nav, error)
     excess = drifted_excess(p, fixed.excess, time, sample)
