@@ -75,6 +75,7 @@ from .inertial.navigation import (
 )
 from .inertial.parameters import Coefficients, Parameters, derive
 from .inertial.restart import (
+    FAST_VELOCITY,
     LOST,
     begin_navigation,
     contradicted,
@@ -411,6 +412,9 @@ def _aided(
         error[DISTANCE] = rolled_distance(nav, now, sample, geometry) - nav.distance
         first = max(reading_variance(geometry, step_size, time), FIRST_DISTANCE * FIRST_DISTANCE)
         begin_distance(p, wheel_slopes(nav, now, geometry), first)
+        if moved.check.trust.total > 0.0:
+            for i in range(2):
+                p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
     keep_gains = still or abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING
