@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from twbr_estimation.filters import filter_named
+from twbr_estimation.filters.inertial.aiding import whole_turns_less
 from twbr_estimation.filters.inertial.clipping import (
     begin_clipping,
     clipped,
     rate_of_wheels,
+    spun_variance,
     unseen_turn,
 )
 from twbr_estimation.filters.inertial.first_wheel_check import first_checked, passed_first
@@ -24,7 +26,9 @@ from twbr_estimation.filters.inertial.learnt import (
     strangeness,
 )
 from twbr_estimation.filters.inertial.navigation import Navigation, read
+from twbr_estimation.filters.inertial.parameters import Parameters, derive
 from twbr_estimation.filters.inertial.restart import begin_navigation
+from twbr_estimation.filters.inertial.stillness import begin_stillness, is_still, noticed
 from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
 from twbr_estimation.filters.inertial.vertical import (
     GAIN_SHARE,
@@ -42,7 +46,7 @@ from twbr_estimation.filters.inertial.wheel_check import (
     checked,
     condemned,
 )
-from twbr_estimation.robot import Robot
+from twbr_estimation.robot import EncoderPlacement, Robot
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
 
 LEVEL = matrix_of((1.0, 0.0, 0.0, 0.0))
@@ -83,6 +87,41 @@ def test_the_sooner_a_rate_grew_the_more_is_hidden_beyond_the_range() -> None:
             rate = now
         hidden.append(variance)
     assert hidden[1] > 2.0 * hidden[0] > 0.0
+
+
+@pytest.mark.parametrize(("lean", "seconds", "unknown"), [(0.1, 0.5, True), (0.1, 0.05, False)])
+def test_a_hidden_turn_about_the_vertical_leaves_a_lean_unknown_for_a_while(
+    lean: float, seconds: float, unknown: bool
+) -> None:
+    clipping, body = begin_clipping(sample()), matrix_of(attitude_at(lean, (0.0, 0.0, 1.0)))
+    for _ in range(round(seconds / DT)):
+        clipping = clipped(clipping, 0.0, sample(gyro_z=4.4, gyro_saturated_z=1.0))
+    assert (spun_variance(clipping, body) > lean * lean) is unknown
+    assert spun_variance(clipping, LEVEL) == 0.0
+    for _ in range(round(seconds / DT)):
+        clipping = clipped(clipping, 0.0, sample())
+    assert spun_variance(clipping, body) == 0.0
+
+
+def test_an_encoder_on_the_body_counts_no_turn_that_the_tilt_makes_at_180_deg() -> None:
+    on_body, on_ground = (
+        derive(Parameters(), Robot(wheel_radius=0.04, encoder_placement=placement)).geometry
+        for placement in (EncoderPlacement.BODY, EncoderPlacement.GROUND)
+    )
+    turn = 2.0 * math.pi * 0.04
+    assert whole_turns_less(turn + 0.01, on_body) == pytest.approx(0.01)
+    assert whole_turns_less(turn + 0.01, on_ground) == turn + 0.01
+    assert whole_turns_less(-0.05, on_body) == pytest.approx(-0.05)
+
+
+@pytest.mark.parametrize(("gap", "rests"), [(DT, True), (0.4, False)])
+def test_a_silence_is_no_rest(gap: float, rests: bool) -> None:
+    quiet, upright = (0.0, 0.0, 0.0), (0.0, 0.0, STANDARD_GRAVITY)
+    stillness = begin_stillness(sample())
+    for index in range(200):
+        reading = sample(dt=gap) if index == 199 else sample()
+        stillness = noticed(stillness, reading, quiet, upright)
+    assert is_still(stillness, quiet, wheels=False) is rests
 
 
 @pytest.mark.parametrize("tilt", [0.0, 1.2])

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...robot import EncoderPlacement
-from .day import DEGREE, Day, Maker, balancing, clock, ramp, recorded, robot_of
+from .day import DEGREE, Day, Maker, balancing, between, clock, ramp, recorded, robot_of
 from .prescribed import Sensor, planar, rolled_angle
 
 NARROW = {"gyro_range": 250.0 * DEGREE, "accel_range": 2.0 * 9.80665}
@@ -63,11 +63,21 @@ def clipped_before_low_pass(seed: int, period: float) -> Day:
 
 def falls_and_stands_up(seed: int, period: float) -> Day:
     """Balances, falls at 400 to 700 deg/s, lies, is put up again, three times."""
+    return _falls(seed, period)
+
+
+def falls_with_motors_on(seed: int, period: float) -> Day:
+    """The same, and the wheels race until a second after each fall."""
+    return _falls(seed, period, racing=30.0)
+
+
+def _falls(seed: int, period: float, racing: float = 0.0) -> Day:
+    """Return the day of three falls, in which the wheels race at so many [rad/s]."""
     random = np.random.default_rng([seed, 32])
     robot = robot_of(random, **NARROW)
     step, time = clock(period, 60.0, 2.5e-4)
     tilt, ahead = balancing(time, random)
-    rests, recovers = [], []
+    rests, recovers, free = [], [], np.zeros_like(time)
     for begin in (10.0, 28.0, 46.0):
         at = begin + random.uniform(0.0, 4.0)
         to = random.choice([-1.0, 1.0]) * random.uniform(70.0, 95.0) * DEGREE
@@ -79,10 +89,11 @@ def falls_and_stands_up(seed: int, period: float) -> Day:
         away = fallen * (1.0 - up)
         tilt = tilt * (1.0 - fallen + fallen * up) + to * away
         ahead = np.cumsum(np.gradient(ahead) * (1.0 - away))
+        free += racing * between(time, at + 0.5 * length, lies + 1.0, 0.1)
         rests.append((lies, lies + 3.0))
         recovers.append(lies + 4.0)
     motion = planar(step, tilt, ahead)
-    wheels = rolled_angle(motion, ahead, robot)
+    wheels = rolled_angle(motion, ahead, robot) + np.cumsum(free) * step
     wheels = np.stack([wheels, wheels], axis=1)
     return recorded(
         "falls",
@@ -126,5 +137,6 @@ DAYS: dict[str, Maker] = {
     "thrown on its wheels": thrown_on_wheels,
     "clipped before the low-pass": clipped_before_low_pass,
     "falls and is put up": falls_and_stands_up,
+    "falls, its motors stay on": falls_with_motors_on,
     "into a wall": into_a_wall,
 }

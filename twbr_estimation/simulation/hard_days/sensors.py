@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...recording import ImuTrack, WheelTrack
+from ...recording import FloatArray, ImuTrack, WheelTrack
 from ...robot import Robot
 from ..simulate import simulate
 from .day import DEGREE, Day, Maker, balancing, clock, ramp, recorded, robot_of
@@ -45,7 +45,36 @@ def turned_on_a_shaft(seed: int, period: float) -> Day:
     return recorded("shaft", motion, None, robot, period, seed, sensor)
 
 
-def _spins(seed: int, period: float, *, aside: float, limit: float) -> Day:
+def _turning(
+    name: str,
+    robot: Robot,
+    period: float,
+    seed: int,
+    step: float,
+    tilt: FloatArray,
+    ahead: FloatArray,
+    yaw: FloatArray,
+    *,
+    encoders: int = 2,
+    true_robot: Robot | None = None,
+) -> Day:
+    """Return the day of a robot that drives `ahead` [m] and turns by `yaw` [rad]."""
+    position = np.stack(
+        [
+            np.cumsum(np.gradient(ahead) * np.cos(yaw)),
+            np.cumsum(np.gradient(ahead) * np.sin(yaw)),
+            np.zeros_like(ahead),
+        ],
+        axis=1,
+    )
+    motion = Motion(step, tilt, np.zeros_like(tilt), yaw, position)
+    rolled = rolled_angle(motion, ahead, robot)
+    turned = 0.5 * robot.track_width * yaw / robot.wheel_radius
+    wheels = rolled if encoders == 1 else np.stack([rolled - turned, rolled + turned], axis=1)
+    return recorded(name, motion, wheels, robot, period, seed, true_robot=true_robot)
+
+
+def _spins(seed: int, period: float, *, aside: float, limit: float, encoders: int = 2) -> Day:
     random = np.random.default_rng([seed, 23])
     robot = robot_of(random, gyro_range=limit * DEGREE)
     step, time = clock(period, DURATION)
@@ -54,21 +83,11 @@ def _spins(seed: int, period: float, *, aside: float, limit: float) -> Day:
     there = ramp(time, 10.0, 10.0 + lead) - ramp(time, 17.0, 17.0 + lead)
     back = ramp(time, 25.0, 25.0 + lead) - ramp(time, 32.0, 32.0 + lead)
     yaw = np.cumsum(speed * (there - back)) * step
-    position = np.stack(
-        [
-            np.cumsum(np.gradient(ahead) * np.cos(yaw)),
-            np.cumsum(np.gradient(ahead) * np.sin(yaw)),
-            np.zeros_like(time),
-        ],
-        axis=1,
-    )
-    motion = Motion(step, tilt, np.zeros_like(time), yaw, position)
-    turned = 0.5 * robot.track_width * yaw / robot.wheel_radius
-    rolled = rolled_angle(motion, ahead, robot)
     arm = robot.lever_arm
     true = replace(robot, lever_arm=(arm[0], random.choice([-1.0, 1.0]) * aside, arm[2]))
-    wheels = np.stack([rolled - turned, rolled + turned], axis=1)
-    return recorded("spins", motion, wheels, robot, period, seed, true_robot=true)
+    return _turning(
+        "spins", robot, period, seed, step, tilt, ahead, yaw, encoders=encoders, true_robot=true
+    )
 
 
 def spins_off_the_middle(seed: int, period: float) -> Day:
@@ -79,6 +98,26 @@ def spins_off_the_middle(seed: int, period: float) -> Day:
 def spins_beyond_the_range(seed: int, period: float) -> Day:
     """Spins about 10 rad/s with a gyro of 250 deg/s."""
     return _spins(seed, period, aside=0.0, limit=250.0)
+
+
+def spins_with_one_encoder(seed: int, period: float) -> Day:
+    """The same with one encoder, which does not show the turn that the gyro misses."""
+    return _spins(seed, period, aside=0.0, limit=250.0, encoders=1)
+
+
+def drives_round_corners(seed: int, period: float) -> Day:
+    """Drives fast and turns by a right angle every few seconds; nothing is wrong."""
+    random = np.random.default_rng([seed, 26])
+    robot = robot_of(random)
+    step, time = clock(period, DURATION)
+    tilt, ahead = balancing(time, random)
+    ahead = ahead + random.uniform(0.6, 1.0) * np.cumsum(ramp(time, 3.0, 6.0)) * step
+    side = random.choice([-1.0, 1.0])
+    yaw = sum(
+        side * 0.5 * math.pi * ramp(time, at, at + 1.2)
+        for at in np.arange(7.0, DURATION - 2.0, random.uniform(2.5, 5.0))
+    )
+    return _turning("corners", robot, period, seed, step, tilt, ahead, np.asarray(yaw))
 
 
 def silent(seed: int, period: float) -> Day:
@@ -148,6 +187,8 @@ DAYS: dict[str, Maker] = {
     "turned on a shaft, no wheels": turned_on_a_shaft,
     "spins, sensor 20 mm aside": spins_off_the_middle,
     "spins beyond the gyro's range": spins_beyond_the_range,
+    "the same with one encoder": spins_with_one_encoder,
+    "drives round corners": drives_round_corners,
     "silent 0.4 s every 5 s": silent,
     "accelerometer 15 mg off": accelerometer_off,
     "first sample zeros": first_sample_zeros,
