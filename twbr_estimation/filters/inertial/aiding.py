@@ -42,8 +42,8 @@ ROOM_PERIOD = 0.25
 """Time between two comparisons with the room [s]."""
 BALANCING_RATE = 1.5
 """A body that turns faster may fall, and is neither slow nor where it was [rad/s]."""
-SIDE_SLIP = 0.02
-"""Standard deviation of the axle's sideways velocity on its wheels, each time [m/s]."""
+SIDE_SLIP = 0.1
+"""Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
 EXCESS_MEAN = 0.8
 """Usual tilt rate beyond the gyro's range while it is saturated [rad/s]."""
 SMALLEST_RANGE = 1.0
@@ -170,6 +170,8 @@ def aid(
             slipping = aiding.slipping + time
             if may_slip:
                 square = SLIP_GATE * SLIP_GATE
+    if wheels > 1.5:
+        observe_side(p, error, nav, now, slow, gains, geometry)
     unchecked = aiding.unchecked
     if unchecked >= ROOM_PERIOD:
         observe_room(p, error, nav, now, wheels, slow, gains, geometry)
@@ -327,7 +329,7 @@ def observe_side(
     gains: float,
     geometry: Geometry,
 ) -> None:
-    """Wheels on the ground do not move sideways."""
+    """Two wheels on the ground do not move sideways."""
     m = now.body
     forward, left = heading_of(m)
     swing = rotated(m, cross(now.rate, lever_of(nav, geometry)))
@@ -351,18 +353,18 @@ def observe_room(
 ) -> None:
     """A balancing robot is slow and about where it was unless it falls; wheels know better.
 
-    With wheels it may be anywhere: what it drove ahead before a turn lies to its side after it.
+    With two wheels it may be anywhere to its side: there lies after a turn what it drove ahead
+    before, and they show that it does not slip.
     """
     x, y, z = nav.position
     forward, left = heading_of(now.body)
     share, room = 1.0 if wheels > 0.0 else geometry.room_share, geometry.room
     gains *= share
     observe(p, error, _displaced(0.0, 0.0, 1.0), -z, room * room, slow, gains)
-    if wheels > 0.0:
-        observe_side(p, error, nav, now, slow, gains, geometry)
-    else:
+    if wheels < 1.5:
         side = _displaced(-left, forward, 0.0)
         observe(p, error, side, x * left - y * forward, room * room, slow, gains)
+    if wheels == 0.0:
         turning = now.rate[0] * now.rate[0] + now.rate[1] * now.rate[1] + now.rate[2] * now.rate[2]
         less = 1.0 + turning / (BALANCING_RATE * BALANCING_RATE)
         ahead = _displaced(forward, left, 0.0)
