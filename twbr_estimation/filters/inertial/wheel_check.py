@@ -275,7 +275,9 @@ def compared(
     smooth, band = dt / (SMOOTHED + dt), dt / (left_out + dt)
     unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     fresh = still and check.waiting > 0.0
-    moved = smooth * whole_turns_less(distance - before.travelled, geometry)
+    apart = distance - before.travelled
+    turn = apart - whole_turns_less(apart, geometry) if body[8] < 0.0 else 0.0
+    moved = smooth * (apart - turn)
     turning = before.turning + smooth * (yaw * aside - before.turning)
     velocity = moved / dt - before.turning
     rolled_slow = before.rolled_slow + band * (velocity - before.rolled_slow)
@@ -297,7 +299,7 @@ def compared(
     return WheelCheck(
         known=1.0,
         velocities=Velocities(
-            before.travelled + moved,
+            before.travelled + turn + moved,
             aside,
             turning,
             acceleration,
