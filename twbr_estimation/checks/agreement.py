@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -128,7 +129,7 @@ def _not_comparable(rows: Rows, robot: Robot, noise: float) -> str:
 def _or(finding: Finding, other: Finding) -> Finding:
     """Return a finding that names another one, which the motion cannot distinguish from it."""
     text = f"{finding.text}. The motion cannot distinguish this from: {other.sentence}"
-    return finding._replace(text=text)
+    return replace(finding, text=text)
 
 
 def _skipped(why: str) -> Finding:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from ..robot import EncoderPlacement, Robot
 from .causes import Cause
@@ -84,7 +85,8 @@ def _backward_or_turned(cause: Cause, robot: Robot) -> Finding:
     """Return what fits encoders that count backward and a sensor that sits the wrong way round."""
     found = _backward_wheels(1.0 / cause.ratio if cause.ratio < 0.0 else -1.0, Severity.FAIL)
     mounting = _turned_mounting(robot, math.pi)
-    return found._replace(
+    return replace(
+        found,
         text="the angles contradict the accelerometer: they run backward (change `signs` of the "
         "encoders), or the IMU is turned by 180 deg about the vertical, so that accelerometer x "
         "and gyro y both have the wrong sign (set robot.mounting to "

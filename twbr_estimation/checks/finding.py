@@ -1,8 +1,10 @@
 """What a check found: how serious, about which data, in words, and what to change."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
 
 
 class Severity(IntEnum):
@@ -18,7 +20,8 @@ class Severity(IntEnum):
     """The data contradict each other, physics or the robot's description."""
 
 
-class Finding(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Finding:
     """The result of one check."""
 
     severity: Severity

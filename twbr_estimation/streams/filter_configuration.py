@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
-from types import MappingProxyType
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 from ..configuration.filter_settings import DEFAULT_FILTER, Settings
 from ..errors import ConfigurationError
@@ -88,13 +87,14 @@ def _defaults(name: str) -> dict[str, float]:
     return found
 
 
-class FilterConfiguration(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class FilterConfiguration:
     """Everything the filters of one stream are made of."""
 
-    settings: FilterSettings = FilterSettings()
-    parameters: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+    settings: FilterSettings = field(default_factory=FilterSettings)
+    parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Parameter values by filter name; defaults for the others."""
-    robot: Robot = Robot()
+    robot: Robot = field(default_factory=Robot)
 
     def tuned(self) -> Settings:
         """Return the values that are not the filters' defaults, as a settings file has them."""
