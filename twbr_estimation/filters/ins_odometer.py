@@ -227,8 +227,8 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     clipping = clipped(state.clipping, last.gyro[1], sample)
     unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
-    racing = state.check.waiting > 0.0 and abs(state.tilt) > LYING  # perhaps, after a clipped fall
-    wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0 and not racing
+    fallen = state.check.waiting > 0.0 and abs(state.tilt) > LYING  # the wheels may race
+    wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0 and not fallen
     still, off = is_still(stillness, vertical.bias, wheels), rest_variance(stillness)
     unsure, lasted = off + unexplained_variance(stillness, vertical.bias), stillness.time
     pending = state.pending if lasted > 0.0 else vertical.pending

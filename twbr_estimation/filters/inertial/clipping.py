@@ -30,10 +30,10 @@ GAP = 0.03
 UNSEEN_TURNING = 20.0
 """Variance of the turn hidden in a gap, per cube of its length [rad^2/s^3]."""
 SPUN_AFTER, SPUN_MEMORY = 0.1, 1.5
-"""A yaw rate that nothing shows for the first time turns a lean by any angle [s]; so long, at most,
-is that remembered."""
+"""A yaw rate hidden for longer than the first [s] turns a lean by any angle, so that the tilt is
+unknown; it stays so for as long again, at most for the second [s]."""
 PER_LEAN = 10.0
-"""Variance of the tilt then, per square of the lean."""
+"""Variance of that tilt per square of the lean."""
 UPRIGHT = 0.3
 """Least cosine between the body's z axis and the vertical at which wheels show the yaw rate."""
 

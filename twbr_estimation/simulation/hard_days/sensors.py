@@ -187,7 +187,7 @@ DAYS: dict[str, Maker] = {
     "turned on a shaft, no wheels": turned_on_a_shaft,
     "spins, sensor 20 mm aside": spins_off_the_middle,
     "spins beyond the gyro's range": spins_beyond_the_range,
-    "the same with one encoder": spins_with_one_encoder,
+    "spins beyond it, one encoder": spins_with_one_encoder,
     "drives round corners": drives_round_corners,
     "silent 0.4 s every 5 s": silent,
     "accelerometer 15 mg off": accelerometer_off,
