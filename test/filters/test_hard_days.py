@@ -12,7 +12,10 @@ from twbr_estimation.batch.judging import trusted
 from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, ImuTrack
+from twbr_estimation.robot import Robot
 from twbr_estimation.simulation.hard_days import DAYS, Day
+from twbr_estimation.simulation.hard_days.day import balancing, clock, ramp, recorded
+from twbr_estimation.simulation.hard_days.prescribed import planar, rolled_angle
 
 SEED = 4001
 """Never used to choose a constant."""
@@ -141,6 +144,22 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
     time = (made.recording.imu.stamps - made.recording.imu.stamps[0]) * 1e-9
     for begin, end in made.rests:
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
+
+
+@pytest.mark.parametrize("lying", [180.0, -179.97])
+def test_wheels_of_a_robot_that_lies_on_its_head_are_not_ignored(lying: float) -> None:
+    """Its tilt passes half a turn with every other sample; then it is put upright and drives."""
+    random, robot = np.random.default_rng(SEED), Robot(gyro_range=9.0)
+    step, time = clock(0.005, 20.0)
+    tilt, ahead = balancing(time, random)
+    up, free = ramp(time, 4.0, 5.5), ramp(time, 5.5, 6.0)
+    ahead = np.cumsum(np.gradient(ahead) * free)
+    motion = planar(step, (1.0 - up) * np.radians(lying) + free * tilt, ahead)
+    made = recorded("head", motion, rolled_angle(motion, ahead, robot), robot, 0.005, SEED)
+    entry = filter_named("ins_odometer")
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, robot)
+    assert entry.wheels_ignored is not None and entry.wheels_ignored(found.state) == 0.0
 
 
 @pytest.mark.parametrize(

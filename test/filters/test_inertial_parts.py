@@ -47,7 +47,8 @@ from twbr_estimation.filters.inertial.wheel_check import (
     condemned,
 )
 from twbr_estimation.robot import EncoderPlacement, Robot
-from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
+from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample, TiltEstimate
+from twbr_estimation.simulation import simulate
 
 LEVEL = matrix_of((1.0, 0.0, 0.0, 0.0))
 DT = 0.005
@@ -112,6 +113,22 @@ def test_an_encoder_on_the_body_counts_no_turn_that_the_tilt_makes_at_180_deg() 
     assert whole_turns_less(turn + 0.01, on_body) == pytest.approx(0.01)
     assert whole_turns_less(turn + 0.01, on_ground) == turn + 0.01
     assert whole_turns_less(-0.05, on_body) == pytest.approx(-0.05)
+
+
+def test_the_velocity_is_unknown_where_wheels_come_back() -> None:
+    """While they were ignored it may have run away further than it says."""
+    made, entry = simulate("W4", DT, 12.0, 4001), filter_named("ins_odometer")
+    coefficients = entry.derive(entry.configure(), made.setup.robot)
+    samples = [CorrectedSample(*each) for each in made.drive.corrected.columns.T.tolist()]
+    state = entry.reset(TiltEstimate(samples[0].angle, samples[0].gyro_y), samples[0], coefficients)
+    known = []
+    for time, reading in zip(np.arange(1, len(samples)) * DT, samples[1:], strict=True):
+        if time == 4.0:
+            state = state._replace(check=condemned(state.check))
+        before, state = state, entry.step(state, reading, coefficients)
+        if time > 4.0 and before.aiding.wheels == 0.0 < state.aiding.wheels:
+            known.append(state.covariance[3, 3] - before.covariance[3, 3])
+    assert known and known[0] > 0.5
 
 
 @pytest.mark.parametrize(("gap", "rests"), [(DT, True), (0.4, False)])
