@@ -102,7 +102,7 @@ setup(
     ],
     entry_points={
         "console_scripts": [
-            f"twbr = {NAME}.cli.main:main",
+            f"twbr = {NAME}.cli.main:command",
             *(f"{node} = {NAME}.nodes.{node}:main" for node in NODES),
         ],
     },

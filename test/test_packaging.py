@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -25,6 +27,20 @@ def test_every_node_has_its_launcher() -> None:
         link = ROOT / "scripts" / name
         assert link.readlink() == Path(LAUNCHER)
         assert os.access(link, os.X_OK)
+
+
+def test_every_command_is_there() -> None:
+    program = "from distutils.core import run_setup; import json, setuptools; "
+    program += "print(json.dumps(run_setup('setup.py', stop_after='init').entry_points))"
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    commands = json.loads(done.stdout.splitlines()[-1])["console_scripts"]
+    assert len(commands) == len(list((ROOT / "scripts").iterdir()))
+    for line in commands:
+        name, _, value = line.partition(" = ")
+        entry = EntryPoint(name, value, "console_scripts")
+        assert callable(entry.load())
 
 
 def test_tests_import_each_other_by_their_full_names() -> None:

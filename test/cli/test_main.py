@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
+import os
 import re
 import subprocess
 import sys
@@ -61,6 +63,31 @@ def test_a_package_that_is_missing_is_named(failing_verb, capsys):
     failing_verb(ModuleNotFoundError("No module named ...", name="twbr_estimation.missing"))
     with pytest.raises(ModuleNotFoundError):
         cli.main(["fail"])
+
+
+def test_a_program_that_runs_a_verb_stays_as_it_is():
+    program = (
+        "import atexit, gc, os\n"
+        "from twbr_estimation.cli.main import main\n"
+        "def state(): return gc.get_threshold(), dict(os.environ), atexit._ncallbacks()\n"
+        "main(['filters'])\n"  # what it imports may register itself, once
+        "once = state()\n"
+        "main(['filters'])\n"
+        "assert state() == once and gc.get_threshold()[0] < 200000, (state(), once)\n"
+        "assert 'OPENBLAS_NUM_THREADS' not in os.environ\n"
+    )
+    kept = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, env=kept, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_command_itself_starts_quickly(monkeypatch: pytest.MonkeyPatch):
+    called = []
+    monkeypatch.setattr(cli, "start_quickly", lambda: called.append("start_quickly"))
+    monkeypatch.setattr(cli.atexit, "register", lambda function: called.append(function))
+    monkeypatch.setattr(cli, "main", lambda: called.append("main") or 3)
+    assert cli.command() == 3 and called == ["start_quickly", gc.freeze, "main"]
 
 
 def test_help_imports_no_verb():

@@ -68,10 +68,15 @@ def _summary(module: str) -> str:
         return source.readline().partition("`: ")[2].strip().strip('"').rstrip(".")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb and return its exit status."""
+def command() -> int:
+    """Run the verb of this process's command line, which is the command `twbr`."""
     start_quickly()
     atexit.register(gc.freeze)  # the search for garbage at the very end would take 0.1 s
+    return main()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return its exit status; programs may call it as well."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     _replace_closed_streams()
     make_printable(sys.stdout, sys.stderr)
@@ -114,4 +119,4 @@ def _replace_closed_streams() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command())
