@@ -103,7 +103,7 @@ setup(
     entry_points={
         "console_scripts": [
             f"twbr = {NAME}.cli.main:command",
-            *(f"{node} = {NAME}.nodes.{node}:main" for node in NODES),
+            *(f"{node} = {NAME}.nodes.commands:{node}" for node in NODES),
         ],
     },
 )

@@ -67,7 +67,7 @@ def ours() -> Sequence[Node]:
 
 
 def filter_node() -> Node:
-    """Return the filter node; by this name the process is started as its command is."""
+    """Return the filter node, in a process that is started as that of its command."""
     from twbr_estimation.nodes.filter_node import FilterNode
 
     return FilterNode()
@@ -91,6 +91,10 @@ def announced() -> Node | Sequence[Node]:
 
 
 if __name__ == "__main__":
+    from twbr_estimation.starting import start_node
+
+    if sys.argv[1] == "filter_node":
+        start_node()
     from twbr_estimation.nodes.spin import run
 
     sys.exit(run(announced))

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 from contextlib import suppress
 
 import pytest
-
-from twbr_estimation.nodes import is_command
 
 pytestmark = pytest.mark.usefixtures("domain")
 
@@ -103,32 +100,3 @@ def test_more_signals_during_the_end_change_nothing(python: str) -> None:
     assert process.returncode == 0, errors
     assert output.endswith("destroyed\n")
     assert "Traceback" not in errors and "Aborted" not in errors
-
-
-def test_an_interrupt_while_modules_are_imported_leaves_no_traceback() -> None:
-    code = (
-        "import time, twbr_estimation.nodes; print('importing', flush=True); time.sleep(60)"
-        "  # from twbr_estimation.nodes.filter_node import main"
-    )
-    command = [sys.executable, "-c", code]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        assert process.stdout is not None and process.stderr is not None
-        assert process.stdout.readline() == b"importing\n"
-        process.send_signal(signal.SIGINT)
-        assert process.wait(30) == -signal.SIGINT
-        assert process.stderr.read() == b""
-
-
-@pytest.mark.parametrize(
-    ("command_line", "expected"),
-    [
-        (["python", "/opt/bin/filter_node", "--ros-args"], True),
-        (["python", "-m", "twbr_estimation.nodes.filter_node"], True),
-        (["python3", "-c", "import sys; from twbr_estimation.nodes.filter_node import main"], True),
-        (["python", "-m", "pytest", "test/nodes/test_filter_node.py"], False),
-        (["python", "/opt/bin/twbr", "check", "bag"], False),
-        (["python"], False),
-    ],
-)
-def test_what_is_a_node_s_command(command_line: list[str], expected: bool) -> None:
-    assert is_command(command_line) is expected

@@ -19,8 +19,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ..errors import ConfigurationError, TwbrError
+from ..starting import search_as_usual
 from ..streams.callback_errors import described
-from . import USUAL_GARBAGE
 from .command_line import CommandLine, prepared, temporary_folder
 from .guard import Guard
 from .shared_memory import remove_half_made
@@ -112,7 +112,7 @@ def _prepare_to_run() -> None:
     sys.setswitchinterval(SWITCH)
     inspect.stack()  # as the log does for each line; the first time it searches all modules
     gc.freeze()  # what lives as long as the process need not be searched while it runs
-    gc.set_threshold(*USUAL_GARBAGE)
+    search_as_usual()
 
 
 def _spin(executor: Executor, nodes: list[Node], stop: threading.Event) -> None:
