@@ -43,6 +43,11 @@ def started(python: str, *arguments: str, **changed: str | None) -> tuple[int, s
         (("-r", "foo"), {}, "FROM:=TO"),
         (("--bogus",), {}, "--ros-args come"),
         (("-p", "compare:=all"), {}, "['all']"),
+        (("-p", "filter:=[]"), {}, "filter: [] is of the wrong type; needed is a text"),
+        (("-p", "robot.wheel_radius:=[]"), {}, "[] is of the wrong type; needed is a number"),
+        (("-p", "use_sim_time:=[]"), {}, "[] is of the wrong type; needed is true or false"),
+        (("-p", "valid_stddev:=99.0"), {}, "]: valid_stddev: 99.0 is outside [1e-06, 3.14159] rad"),
+        (("-p", "valid_stddev:=.nan"), {}, "]: valid_stddev: nan is not a number"),
         (("-p", "robot.mounting:=[0.1, 0.2]"), {}, "3 are needed"),
         ((), {"HOME": None, "ROS_LOG_DIR": None, "ROS_HOME": None}, "set HOME or ROS_LOG_DIR"),
         ((), {"ROS_DOMAIN_ID": "abc"}, "whole number from 0 to 101"),
@@ -55,6 +60,43 @@ def test_a_refused_start_is_one_line(
     status, output = started(python, *arguments, **changed)
     assert status == 1 and said in output.splitlines()[-1], output
     assert "Traceback" not in output
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ("filter: []", "filter: [] is of the wrong type"),
+        ("robot: {wheel_radius: 9.0}", "robot.wheel_radius: 9.0 is outside [0.001, 1] m"),
+        ("use_sim_time: 5", "'use_sim_time' to '5' of type 'INTEGER', expecting type 'BOOL'"),
+    ],
+)
+@pytest.mark.usefixtures("domain")
+def test_the_file_of_a_refused_value_is_named(
+    python: str, tmp_path: Path, values: str, said: str
+) -> None:
+    file = tmp_path / "values.yaml"
+    file.write_text(f"filter_node:\n  ros__parameters:\n    {values}\n")
+    status, output = started(python, "--params-file", str(file), "-p", "predict:=true")
+    last = output.splitlines()[-1]
+    assert status == 1 and f"{file}: " in last and said in last, output
+    assert "Traceback" not in output
+
+
+def test_a_file_is_named_only_where_it_is_certain(tmp_path: Path) -> None:
+    every, a, b = (tmp_path / f"{name}.yaml" for name in ("every", "a", "b"))
+    for file, node in ((every, "/**"), (a, "a_node"), (b, "b_node")):
+        file.write_text(f"{node}:\n  ros__parameters: {{x: 1, only: {{{file.stem}: 2}}}}\n")
+
+    def origin(name: str, *given: Path | str) -> Path | None:
+        flags = [("--params-file" if isinstance(each, Path) else "-p", str(each)) for each in given]
+        arguments = ["node", "--ros-args", *(each for flag in flags for each in flag)]
+        return prepared(arguments, tmp_path).origin(name)
+
+    assert origin("x", a) == a and origin("only.b", a, b, every) == b
+    assert origin("x", a, every) == every and origin("x", "x:=3", every) == every
+    assert origin("x", every, "x:=3") is None, "the command line's own comes last"
+    assert origin("x", a, b) is None and origin("x", every, b) is None, "for which node is it?"
+    assert origin("x", a, "node:x:=3") is None and origin("y", a) is None
 
 
 @pytest.mark.parametrize(
@@ -80,7 +122,7 @@ def test_whole_numbers_among_fractions_are_numbers(tmp_path: Path) -> None:
     plain.write_text("robot/filter_node:\n  ros__parameters: {filter: kalman}\n")
     files = ["--params-file", str(file), "--params-file", str(plain)]
     given = ["node", "--ros-args", *files, "-p", "robot.mounting:=[0, 0.5, 0]", "-p", "x:=[1, 2]"]
-    arguments, found = prepared(given, tmp_path)
+    arguments, found, _ = prepared(given, tmp_path)
     (entry,) = read_parameters(Path(arguments[3]))
     assert entry.value == [0.0, 0.0, 0.135] and {*map(type, entry.value)} == {float}
     assert arguments[5] == str(plain)

@@ -57,7 +57,7 @@ def read_parameters(path: Path) -> tuple[Entry, ...]:
                 f"{path}: {node!r} must hold {PARAMETERS!r} alone, as in a ROS parameter file"
             )
         parameters = _mapping(path, f"{node}.{PARAMETERS}", body[PARAMETERS])
-        found += [Entry(name, value, path, node == ANY_NODE) for name, value in _flat(parameters)]
+        found += [Entry(name, value, path, node == ANY_NODE) for name, value in flat(parameters)]
     return tuple(found)
 
 
@@ -140,9 +140,10 @@ def _mapping(path: Path, name: str, value: Any) -> dict[str, Any]:
     return value
 
 
-def _flat(parameters: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flat(parameters: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the full names of nested parameters, and their values."""
     for name, value in parameters.items():
         if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{name}.")
+            yield from flat(value, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", value

@@ -13,12 +13,18 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from ..configuration.ros_yaml import PARAMETERS, read_yaml
+from ..configuration.ros_yaml import ANY_NODE, PARAMETERS, flat, read_yaml
 from ..errors import ConfigurationError
 
 ROS_ARGUMENTS = "--ros-args"
 FILE_FLAG = "--params-file"
 VALUE_FLAGS = ("-p", "--param")
+OF_RCLPY = {
+    "use_sim_time": "true or false",
+    "start_type_description_service": "true or false",
+    "qos_overrides.": "a number or a word",
+}
+"""What the parameters that rclpy declares itself must be, by how their names begin."""
 
 
 class ParameterFile(NamedTuple):
@@ -29,11 +35,37 @@ class ParameterFile(NamedTuple):
     """Names of the nodes it is for, patterns such as `/**` among them."""
 
 
+class Given(NamedTuple):
+    """One parameter that the command line or a file of it gives."""
+
+    name: str
+    value: Any
+    node: str
+    """Name of the nodes it is for, as in a file."""
+    path: Path | None = None
+    """The file; None for one of the command line itself."""
+
+
 class CommandLine(NamedTuple):
     """Arguments for rcl."""
 
     arguments: list[str]
     files: tuple[ParameterFile, ...]
+    given: tuple[Given, ...]
+    """The parameters in their order; for a node, the last of a name holds."""
+
+    def origin(self, name: str) -> Path | None:
+        """Return the file that gives a node its parameter; None for no file, or if in doubt."""
+        found = [each for each in self.given if each.name == name]
+        if len({each.path for each in found}) == 1 or (found and found[-1].node == ANY_NODE):
+            return found[-1].path
+        return None
+
+    def located(self, problem: str) -> str:
+        """Return a message with the file of the parameter that it begins or ends with."""
+        names = problem.partition(": ")[0], problem.rpartition(": ")[2]
+        path = next(filter(None, map(self.origin, names)), None)
+        return f"{path}: {problem}" if path else problem
 
 
 def prepared(arguments: list[str], folder: Path) -> CommandLine:
@@ -44,19 +76,32 @@ def prepared(arguments: list[str], folder: Path) -> CommandLine:
         folder: Takes files whose lists had to be rewritten.
 
     Raises:
-        ConfigurationError: a parameter file that cannot be read or is not a ROS parameter file.
+        ConfigurationError: a parameter file that cannot be read or is not a ROS parameter file,
+            or an empty list that rclpy would not survive.
     """
-    found, files = list(arguments), []
+    found, files, given = list(arguments), [], list[Given]()
     for index in _ros_values(found):
         flag, text = found[index - 1], found[index]
         if flag == FILE_FLAG:
             content = _content(Path(text))
-            files.append(ParameterFile(Path(text), tuple(_node_names(content))))
+            sections = dict(_sections(content))
+            files.append(ParameterFile(Path(text), tuple(sections)))
+            for node, parameters in sections.items():
+                if isinstance(parameters, dict):  # otherwise rcl says what is wrong
+                    given += [Given(*each, node, Path(text)) for each in flat(parameters)]
             if _mixed(content):
                 found[index] = _rewritten(content, folder, index)
-        elif flag in VALUE_FLAGS:
-            found[index] = _with_numbers(text)
-    return CommandLine(found, tuple(files))
+        elif flag in VALUE_FLAGS and (one := _assigned(text)) is not None:
+            given.append(one)
+            if _mixed(one.value):
+                found[index] = f"{text.partition(':=')[0]}:={_numbers(one.value)}"
+    line = CommandLine(found, tuple(files), tuple(given))
+    for each in given:
+        for start, needed in OF_RCLPY.items():
+            if each.value == [] and each.name.startswith(start):
+                problem = f"{each.name}: [] is of the wrong type; needed is {needed}"
+                raise ConfigurationError(line.located(problem))
+    return line
 
 
 def _ros_values(arguments: list[str]) -> Iterator[int]:
@@ -73,7 +118,7 @@ def _content(path: Path) -> dict[str, Any]:
     content = read_yaml(path)
     if not isinstance(content, dict) or not all(isinstance(each, str) for each in content):
         raise ConfigurationError(f"{path}: a parameter file maps node names to {PARAMETERS}")
-    if not list(_node_names(content)):
+    if not list(_sections(content)):
         raise ConfigurationError(f"{path}: no node in it has {PARAMETERS}")
     if (found := _nested(content)) is not None:
         raise ConfigurationError(f"{path}: {found}: a list within a list is no parameter")
@@ -90,15 +135,15 @@ def _nested(value: Any, name: str = "") -> str | None:
     return None
 
 
-def _node_names(content: dict[str, Any], prefix: str = "") -> Iterator[str]:
-    """Yield the full names of nodes; namespaces may be nested."""
+def _sections(content: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the full names of nodes and their parameters; namespaces may be nested."""
     for name, body in content.items():
         if isinstance(body, dict):
             path = f"{prefix.rstrip('/')}/{str(name).lstrip('/')}" if prefix else str(name)
             if PARAMETERS in body:
-                yield path
+                yield path, body[PARAMETERS]
             else:
-                yield from _node_names(body, path)
+                yield from _sections(body, path)
 
 
 def _mixed(value: Any) -> bool:
@@ -121,13 +166,14 @@ def _rewritten(content: dict[str, Any], folder: Path, number: int) -> str:
     return str(path)
 
 
-def _with_numbers(assignment: str) -> str:
-    name, separator, text = assignment.partition(":=")
+def _assigned(assignment: str) -> Given | None:
+    """Return what `NAME:=VALUE` or `NODE:NAME:=VALUE` gives; None for what rcl refuses."""
+    name, _, text = assignment.partition(":=")
+    node, _, name = name.rpartition(":")
     try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return assignment  # rcl reports what is wrong with it
-    return f"{name}{separator}{_numbers(value)}" if _mixed(value) else assignment
+        return Given(name, yaml.safe_load(text), node or ANY_NODE)
+    except (yaml.YAMLError, ValueError):
+        return None
 
 
 def temporary_folder() -> tempfile.TemporaryDirectory[str]:

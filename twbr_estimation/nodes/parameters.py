@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NoReturn, TypeVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -12,11 +12,11 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
-from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..errors import ConfigurationError, TwbrError
+from ..parameters.bounds import within
 from .declarations import Declaration, Settings, declarations_of, settings_from
 
 Built = TypeVar("Built")
@@ -153,7 +153,7 @@ def declare_all(node: Node, declarations: Sequence[Declaration]) -> dict[str, An
         for each, parameter in zip(declarations, first, strict=True):
             result = node._set_parameters_atomically_common([parameter], descriptors, True)
             if not result.successful:
-                raise ConfigurationError(_refusal(each, parameter, result.reason))
+                _refuse(each, parameter, result.reason)
     found = {each.name: _plain(node.get_parameter(each.name).value) for each in declarations}
     for each in declarations:
         require_length(each, found[each.name])
@@ -164,12 +164,18 @@ def _given(node: Node, declaration: Declaration, kind: Parameter.Type) -> Parame
     """Return the initial value that a user gives; None without one.
 
     An array gets the type that is declared: `[0, 0]` for doubles, and an empty one.
+
+    Raises:
+        ConfigurationError: an empty list for what is no list.
     """
     given: Parameter | None = node._parameter_overrides.get(declaration.name)
-    if given is None or not isinstance(declaration.default, tuple):
-        return given
-    if given.type_ is Parameter.Type.NOT_SET:
+    array = isinstance(declaration.default, tuple)
+    if given is not None and given.type_ is Parameter.Type.NOT_SET:  # as rcl reads []
+        if not array:
+            raise ConfigurationError(_of_the_wrong_type(declaration, []))
         return Parameter(given.name, kind, [])
+    if given is None or not array:
+        return given
     if (given.type_, kind) == (Parameter.Type.INTEGER_ARRAY, Parameter.Type.DOUBLE_ARRAY):
         return Parameter(given.name, kind, [float(each) for each in given.value])
     return given
@@ -197,11 +203,16 @@ _NEEDED = {
 }
 
 
-def _refusal(declaration: Declaration, first: Parameter, reason: str) -> str:
-    """Return what is wrong with an initial value, and what it must be where that is its type."""
-    kind, given = _type_of(declaration), first.value
-    if first.type_ is kind:
-        return str(InvalidParameterValueException(first.name, given, reason))
+def _refuse(declaration: Declaration, first: Parameter, reason: str) -> NoReturn:
+    if first.type_ is not _type_of(declaration):
+        raise ConfigurationError(_of_the_wrong_type(declaration, first.value))
+    if declaration.bounds is not None and isinstance(first.value, (int, float)):
+        within(first.name, first.value, declaration.bounds)
+    raise ConfigurationError(f"{first.name}: {first.value!r}: {reason}")
+
+
+def _of_the_wrong_type(declaration: Declaration, given: Any) -> str:
+    kind = _type_of(declaration)
     if kind is Parameter.Type.STRING_ARRAY:
         word = given if isinstance(given, str) else "name"
         needed = f"a list of texts, as in ['{word}']"

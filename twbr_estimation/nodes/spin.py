@@ -62,7 +62,7 @@ def run(create: Callable[[], Node | Sequence[Node]], arguments: list[str] | None
         line = _initialised(sys.argv if arguments is None else arguments)
         _stop_on_signals(stop)
         executor = make_executor()
-        created = _created(create)
+        created = _created(create, line)
         nodes.extend(created if isinstance(created, Sequence) else [created])
         for warning in start_warnings(nodes, line.files):
             nodes[0].get_logger().warning(warning)
@@ -100,11 +100,14 @@ def _initialised(arguments: list[str]) -> CommandLine:
     return line
 
 
-def _created(create: Callable[[], Node | Sequence[Node]]) -> Node | Sequence[Node]:
+def _created(
+    create: Callable[[], Node | Sequence[Node]], line: CommandLine
+) -> Node | Sequence[Node]:
     try:
         return create()
-    except REFUSED as error:
-        raise ConfigurationError(refusal(error)) from None
+    except (*REFUSED, ConfigurationError) as error:
+        problem = refusal(error) if isinstance(error, REFUSED) else str(error)
+        raise ConfigurationError(line.located(problem)) from None
 
 
 def _prepare_to_run() -> None:
