@@ -163,6 +163,10 @@ def warned(graph: Any, kind: Any, *files: ParameterFile, **given: Any) -> str:
         ("robot.wheel_radious", "robot.wheel_radius"),
         ("kalman.qq", "is kalman.q"),
         ("filtr", "filter"),
+        ("robot", "parameter robot does not exist"),
+        ("kalman", "parameter kalman does not exist"),
+        ("spin", "parameter spin does not exist"),
+        ("angles.x", "parameter angles.x does not exist"),
         ("no_such_thing", ""),
     ],
 )

@@ -21,7 +21,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from ..robot import Robot
-from .command_line import ParameterFile
+from .command_line import OF_RCLPY, ParameterFile
 from .parameter_requests import PROVENANCE, unknown
 
 REFUSED = (
@@ -46,8 +46,14 @@ HINTS = {
 }
 """Remedy, by a word in rcl's message."""
 _PLACE = re.compile(r", at /\S+:\d+")
-_FIELD = re.compile(r"^    (?:(\w+): |name=\"(\w+)\")|declare_parameter\(\s*\"(\w+)", re.MULTILINE)
-OF_RCLPY = ("qos_overrides.", "use_sim_time", "start_type_description_service", PROVENANCE)
+_NAMES = re.compile(
+    r"^    (?:(\w+): (?:Annotated\[|\w+ = field)|name=\"(\w+)\")"
+    r"|(?:Declaration\(|declarations_of\(\w+,)\s*\"(\w+)",
+    re.MULTILINE,
+)
+"""What begins the name of a parameter, where it is defined."""
+UNDECLARED = (*OF_RCLPY, PROVENANCE)
+"""Beginnings of the names that no node of this package declares and that may be given."""
 
 
 def refusal(error: BaseException) -> str:
@@ -73,7 +79,7 @@ def start_warnings(nodes: Sequence[Node], files: Sequence[ParameterFile]) -> Ite
     declared = {name for node in nodes for name in node.list_parameters([], 0).names}
     given = {name: node for node in nodes for name in node._parameter_overrides}
     for name, node in given.items():
-        if name not in declared and not name.startswith(OF_RCLPY) and _nobodys(name, declared):
+        if name not in declared and not name.startswith(UNDECLARED) and _nobodys(name, declared):
             yield f"not used: {unknown(name, node)}"
 
 
@@ -114,10 +120,10 @@ def _last(name: str) -> str:
 def _nobodys(name: str, declared: set[str]) -> bool:
     """Whether no node of this package has a parameter of this name."""
     owner, _, rest = name.partition(".")
-    if rest and any(each.startswith(f"{owner}.") for each in declared):
+    if any(each.startswith(f"{owner}.") for each in declared):
         # A driver takes some of the robot's parameters; the others are those of other nodes.
         return owner != "robot" or rest not in {each.name for each in fields(Robot)}
-    return owner not in _fields()
+    return owner not in _names()
 
 
 @cache
@@ -126,15 +132,14 @@ def _executables() -> tuple[str, ...]:
 
 
 @cache
-def _fields() -> frozenset[str]:
-    """Return the names of all settings of the package and of the files that define some.
+def _names() -> frozenset[str]:
+    """Return the names of the parameters that nodes of the package have, each up to its first dot.
 
     Read from the source: importing every other node to ask it would make each start slower.
     """
     package = Path(__file__).parent.parent
     names: set[str] = set()
     for path in package.rglob("*.py"):
-        names.add(path.stem)
-        for found in _FIELD.findall(path.read_text(encoding="utf-8")):
+        for found in _NAMES.findall(path.read_text(encoding="utf-8")):
             names.update(found)
     return frozenset(names)
