@@ -124,6 +124,20 @@ def is_saturated(sample: CorrectedSample) -> bool:
     return gyro + accel > 0.0
 
 
+def is_weightless(sample: Sample | CorrectedSample) -> bool:
+    """Return whether the accelerometer reads zero on all axes, as a dead one does.
+
+    It says as little as one at full scale. A gyro that reads zero may be at rest.
+    """
+    return sample.accel_x == 0.0 and sample.accel_y == 0.0 and sample.accel_z == 0.0
+
+
+def is_silent(sample: Sample | CorrectedSample) -> bool:
+    """Return whether all readings are zero, as of a chip that sleeps or has lost its supply."""
+    gyro = sample.gyro_x == 0.0 and sample.gyro_y == 0.0 and sample.gyro_z == 0.0
+    return gyro and is_weightless(sample)
+
+
 def gravity_excess(sample: CorrectedSample) -> float:
     """Return by which share of gravity the specific force is longer, or shorter where below 0."""
     x, y, z = sample.accel_x, sample.accel_y, sample.accel_z

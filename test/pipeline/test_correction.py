@@ -284,16 +284,47 @@ def test_a_turn_leaves_no_trace_in_the_angle(lever: tuple[float, float, float]) 
 
 @pytest.mark.parametrize("turning", [0.0, 1e-4])
 def test_a_chip_that_sends_zeros_only_has_all_its_axes_flagged(turning: float) -> None:
-    """A reading that is zero on five axes is one."""
+    """A gyro that reads anything is not flagged, nor is one that reads zero beside gravity."""
     calibration = Calibration(gyro_bias=(0.02, 0.0, 0.0), accel_bias=(0.3, 0.0, -0.2))
     corrector = Corrector(Setup(Robot(), calibration))
     corrector.step(Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY))
     sample = corrector.step(Sample(0.005, 0.0, 0.0, turning, 0.0, 0.0, 0.0))
-    assert flags(sample) == (float(turning == 0.0),) * 6
+    assert flags(sample) == (float(turning == 0.0),) * 3 + (1.0,) * 3
     assert (
         flags(corrector.step(Sample(0.005, 0.0, 0.0, 0.0, 0.0, 0.0, STANDARD_GRAVITY)))
         == (0.0,) * 6
     )
+
+
+def test_a_dead_accelerometer_is_flagged_and_the_gyro_carries_its_angle() -> None:
+    calibration = Calibration(accel_bias=(0.3, 0.0, -0.2))
+    corrector = Corrector(Setup(Robot(), calibration))
+    before = corrector.step(upright(dt=0.0))
+    for _ in range(3):
+        dead = corrector.step(upright(dt=0.005, gyro_y=2.0, accel_z=0.0, wheel_count=1.0))
+    assert flags(dead) == (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
+    assert dead.angle == pytest.approx(before.angle + 3 * 0.005 * 2.0)
+    assert dead.angle_variance > 1.0
+
+
+def test_a_silent_chip_says_nothing_whatever_its_calibration() -> None:
+    calibration = Calibration(gyro_bias=(0.02, -0.05, 0.0), accel_bias=(0.3, 0.0, -0.2))
+    corrector = Corrector(Setup(Robot(), calibration))
+    corrector.step(upright(dt=0.0))
+    silent = corrector.step(Sample(0.005, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert [getattr(silent, name) for name in READINGS] == [0.0] * 6
+
+
+@pytest.mark.parametrize("start", [1.5, 2.4])
+def test_a_silence_looks_like_no_angular_acceleration(start: float) -> None:
+    """A rate that falls to zero and comes back has turned the angle by up to 195 deg."""
+    samples, time = moving_robot(Robot()), TIME[::50]
+    columns = samples.columns[:, ::50].copy()
+    columns[0, 1:] = 50.0 * DT
+    columns[1:7, (time > start - 1e-9) & (time < start + 0.03 - 1e-9)] = 0.0
+    found = batch.correct(SampleTrack(samples.stamps[::50], columns), Setup()).field("angle")
+    near = (time > start - 0.2) & (time < start + 0.2)
+    assert np.abs(np.degrees(found - TILT[::50])[near]).max() < 8.0
 
 
 def test_a_saturated_yaw_gyro_is_replaced_by_the_wheels() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..samples import Sample
+from ..samples import Sample, is_silent, is_weightless
 from .coefficients import Coefficients, Rotation, Vector, spread
 from .saturation import SATURATED_WEIGHT, flag, marked
 
@@ -27,7 +27,9 @@ def _to_body(r: Rotation, x: float, y: float, z: float) -> Vector:
 
 
 def calibrated_rate(sample: Sample, c: Coefficients) -> Vector:
-    """Return the calibrated rate in body axes (8) [rad/s]."""
+    """Return the calibrated rate in body axes (8) [rad/s]; zeros of a silent chip."""
+    if is_silent(sample):
+        return 0.0, 0.0, 0.0
     (bias_x, bias_y, bias_z), (scale_x, scale_y, scale_z) = c.gyro_bias, c.gyro_scale
     return _to_body(
         c.rotation,
@@ -38,7 +40,9 @@ def calibrated_rate(sample: Sample, c: Coefficients) -> Vector:
 
 
 def calibrated_force(sample: Sample, c: Coefficients) -> Vector:
-    """Return the calibrated specific force in body axes (11), (12) [m/s^2]."""
+    """Return the calibrated specific force in body axes (11), (12) [m/s^2]; zeros of a dead one."""
+    if is_weightless(sample):
+        return 0.0, 0.0, 0.0
     bias_x, bias_y, bias_z = c.accel_bias
     limits_x, limits_y, limits_z = c.accel_limits
     polynomial_x, polynomial_y, polynomial_z = c.polynomials

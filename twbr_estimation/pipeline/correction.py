@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 from ..robot import Setup
-from ..samples import RESTART_GAP, CorrectedSample, Sample
+from ..samples import RESTART_GAP, CorrectedSample, Sample, is_silent, is_weightless, wrapped
 from .calibrated import calibrated_force, calibrated_rate, doubt
 from .coefficients import Coefficients, Vector, derive
 from .saturation import ACCEL_MARK, GYRO_MARK
@@ -82,12 +82,14 @@ def _corrected(
         accel: Calibrated specific force, body axes [m/s^2].
         back: Gravity's share along a_x' [m/s^2].
         up: The same along a_y'.
-        last: Angle one sample ago [rad], for free fall.
+        last: Angle by the gyro alone [rad], where the accelerometer shows none.
         c: The coefficients.
     """
     gyro_limit, accel_limit = c.gyro_limit, c.accel_limit
-    if _is_silent(sample):
-        gyro_limit = accel_limit = 0.0
+    if is_weightless(sample):
+        accel_limit = back = up = 0.0
+    if is_silent(sample):
+        gyro_limit = 0.0
     rates, rates_saturated = doubt(
         (sample.gyro_x, sample.gyro_y, sample.gyro_z),
         gyro_limit,
@@ -143,15 +145,6 @@ def _corrected(
     )
 
 
-def _is_silent(sample: Sample) -> bool:
-    """Return whether all readings are zero, as those of a chip that sleeps or has lost its supply.
-
-    They say as little as readings at full scale do.
-    """
-    gyro = sample.gyro_x == 0.0 and sample.gyro_y == 0.0 and sample.gyro_z == 0.0
-    return gyro and sample.accel_x == 0.0 and sample.accel_y == 0.0 and sample.accel_z == 0.0
-
-
 def start(sample: Sample, c: Coefficients) -> tuple[State, CorrectedSample]:
     """Begin with a first sample: no motion terms, wheels at rest (Laddach 2022, section 4)."""
     gyro, accel = calibrated_rate(sample, c), calibrated_force(sample, c)
@@ -192,6 +185,8 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
     """
     gyro, accel = calibrated_rate(sample, c), calibrated_force(sample, c)
     dt, pitch_rate, constant = sample.dt, gyro[1], c.rate_time_constant
+    if is_silent(sample):
+        pitch_rate = state.rate  # else its return would look like an angular acceleration
     rate = (pitch_rate * dt + state.rate * constant) / (dt + constant)  # (16)
     turn = (rate - state.rate) / dt * c.euler  # (17)
     spin = pitch_rate * pitch_rate * c.centrifugal
@@ -224,7 +219,7 @@ def step(state: State, sample: Sample, c: Coefficients) -> tuple[State, Correcte
         forward_turn, up_turn = turning_acceleration(roll, pitch_rate, yaw, roll_turn, yaw_turn, c)
         back += forward_turn
         up -= up_turn
-    corrected = _corrected(sample, gyro, accel, back, up, state.angle, c)
+    corrected = _corrected(sample, gyro, accel, back, up, wrapped(state.angle + dt * gyro[1]), c)
     return State(
         corrected.angle,
         rate,
