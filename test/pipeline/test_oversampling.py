@@ -13,7 +13,7 @@ from twbr_estimation.pipeline.oversampling import Oversampler, combined
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import ImuTrack
 from twbr_estimation.robot import Setup
-from twbr_estimation.samples import CorrectedSample
+from twbr_estimation.samples import READINGS, CorrectedSample
 from twbr_estimation.simulation import Simulated, simulate
 from twbr_estimation.streams.correction import CorrectionStream
 
@@ -94,6 +94,18 @@ def test_an_interval_of_saturated_samples_stays_saturated() -> None:
     result = combined([sample(gyro_variance_y=4.8, gyro_saturated_y=1.0)] * 20)
     assert result.gyro_saturated_y == 1.0
     assert result.gyro_variance_y == 4.8
+
+
+@pytest.mark.parametrize("place", [0, 4, 9])
+def test_an_interval_with_a_silence_is_silent(place: int) -> None:
+    """A line through zeros would show a rate that there was not."""
+    nothing = dict.fromkeys(READINGS, 0.0)
+    samples = [sample(rate=1.0) for _ in range(10)]
+    samples[place] = samples[place]._replace(**nothing, gyro_saturated_y=1.0)
+    result = combined(samples)
+    assert [getattr(result, name) for name in READINGS] == [0.0] * 6
+    assert result.gyro_saturated_y == 1.0
+    assert result.dt == pytest.approx(sum(each.dt for each in samples))
 
 
 def test_the_angle_is_averaged_across_the_half_turn() -> None:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from twbr_estimation.filters.base import filter_named
+from twbr_estimation.pipeline.correction import Corrector
 from twbr_estimation.pipeline.watched_filter import WatchedFilter
 from twbr_estimation.recording import FloatArray
-from twbr_estimation.robot import Robot
-from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
+from twbr_estimation.robot import CorrectionSettings, Robot, Setup
+from twbr_estimation.samples import READINGS, STANDARD_GRAVITY, CorrectedSample, Sample
 
 DT = 0.005
 RANGE = math.radians(250.0)
@@ -255,6 +256,101 @@ def test_zeros_of_all_axes_are_not_trusted(name: str) -> None:
     assert not found.trusted[(found.time > 3.2) & (found.time < 3.7)].any()
     assert found.wrong_and_trusted() == 0.0
     assert found.trusted[found.after(7.0)].all()
+
+
+FULL = tuple(name for name in CorrectedSample._fields if "_saturated_" in name)
+
+
+def silenced(
+    readings: list[CorrectedSample], start: float, seconds: float
+) -> list[CorrectedSample]:
+    """Return the readings with a time in which the chip sends zeros [s]."""
+    found, first = list(readings), round(start / DT)
+    zeros = dict.fromkeys(READINGS, 0.0) | dict.fromkeys(FULL, 1.0)
+    held = {"angle": readings[first - 1].angle, "angle_variance": math.pi**2}
+    for index in range(first, first + round(seconds / DT)):
+        found[index] = readings[index]._replace(**zeros, **held)
+    return found
+
+
+@pytest.mark.parametrize("seconds", [0.03, 0.1, 0.2, 0.5])
+@pytest.mark.parametrize("name", [*PLANAR, "gyro"])
+def test_a_silence_is_bridged_by_the_mean_of_the_rates_beside_it(name: str, seconds: float) -> None:
+    tilt, end = swing(10.0), 3.0 + seconds
+    rate = np.gradient(tilt, DT)
+    first, last = round(3.0 / DT) - 1, round(end / DT)
+    bridged = 0.5 * (rate[first] + rate[last]) * (last - first) * DT
+    left = math.degrees(abs(tilt[last] - tilt[first] - bridged))
+    readings = list(samples(tilt, seed=35))
+    found, heard = run(name, tilt, silenced(readings, 3.0, seconds)), run(name, tilt, readings)
+    after = found.after(end - 0.5 * DT)
+    assert found.error[after].max() < left + heard.error[after].max() + 0.3
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(end + 1.0)].all()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_silence_too_long_to_be_bridged_shows_no_rotation(name: str) -> None:
+    tilt = math.radians(30.0) * smooth(np.arange(0.0, 10.0, DT), 2.8, 0.4)
+    back = math.radians(30.0) * smooth(np.arange(0.0, 10.0, DT), 4.8, 0.4)
+    readings = silenced(list(samples(tilt + back, seed=36)), 3.0, 2.0)
+    found = run(name, tilt + back, readings)
+    assert abs(readings[599].gyro_y) > 2.0 and abs(readings[1000].gyro_y) > 2.0
+    assert found.error.max() < 40.0
+    assert found.wrong_and_trusted() == 0.0
+    assert found.trusted[found.after(7.0)].all()
+
+
+@pytest.mark.parametrize("seconds", [0.05, 0.2, 1.5])
+@pytest.mark.parametrize("name", SOME)
+def test_a_silence_after_a_rate_beyond_the_range_has_to_be_confirmed(
+    name: str, seconds: float
+) -> None:
+    tilt = swing(8.0)
+    readings = silenced(list(samples(tilt, seed=40)), 3.0, seconds)
+    for index in range(597, 600):
+        readings[index] = readings[index]._replace(gyro_y=35.0, gyro_saturated_y=1.0)
+    found = run(name, tilt, readings)
+    later = found.after(599 * DT)
+    assert found.error[later].max() > 20.0
+    assert not ((found.error > 5.0) & (found.trusted > 0.0))[later].any()
+    assert found.error.max() < 60.0
+    assert found.trusted[found.after(4.5 + seconds)].all()
+
+
+@pytest.mark.parametrize("name", PLANAR)
+def test_a_gyro_that_reads_exactly_zero_at_rest_is_believed_after_a_silence(name: str) -> None:
+    tilt = np.zeros(1200)
+    readings = [each._replace(gyro_y=0.0) for each in samples(tilt, seed=37)]
+    found = run(name, tilt, silenced(readings, 3.0, 0.1))
+    assert found.trusted[found.after(3.6)].all()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_a_rate_beyond_the_range_without_slopes_is_forgotten(name: str) -> None:
+    tilt = np.zeros(1200)
+    full = {"gyro_y": RANGE, "gyro_saturated_y": 1.0}
+    readings = [each._replace(gyro_y=0.0) for each in samples(tilt, seed=38)]
+    readings[:10] = [each._replace(**full) for each in readings[:10]]
+    found = run(name, tilt, readings)
+    assert found.trusted[found.after(2.0)].all()
+
+
+@pytest.mark.parametrize("seconds", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("name", [*PLANAR, "dynamic_planar"])
+def test_nobody_steers_by_a_dead_accelerometer(name: str, seconds: float) -> None:
+    tilt = swing(8.0)
+    corrector = Corrector(Setup(correction=CorrectionSettings(euler=False, centrifugal=False)))
+    raw = [
+        Sample(DT, 0.0, each.gyro_y, 0.0, each.accel_x, 0.0, each.accel_z)
+        for each in samples(tilt, seed=39)
+    ]
+    for index in range(600, 600 + round(seconds / DT)):
+        raw[index] = raw[index]._replace(accel_x=0.0, accel_z=0.0)
+    found = run(name, tilt, [corrector.step(each) for each in raw])
+    assert found.error.max() < 2.0
+    assert not found.trusted[(found.time > 3.2) & (found.time < 3.0 + seconds)].any()
+    assert found.trusted[found.after(4.0 + seconds)].all()
 
 
 @pytest.mark.parametrize("name", SOME)

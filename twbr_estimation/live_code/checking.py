@@ -30,14 +30,16 @@ def raw_samples() -> Iterator[Sample]:
         if 1000 <= index < 1012:
             rate = 40.0  # beyond the gyro's range
         slipping = 3.0 * max(time - 6.0, 0.0)
+        gyro = 0.0 if 700 <= index < 730 else 1.0  # the chip is silent
+        accel = 0.0 if 700 <= index < 760 else 1.0  # the accelerometer for longer
         yield Sample(
             _DT if index % 100 else 0.04,
-            noise,
-            rate - noise,
-            2.0 * noise,
-            -STANDARD_GRAVITY * math.sin(tilt) + noise,
-            noise,
-            STANDARD_GRAVITY * math.cos(tilt) - noise,
+            gyro * noise,
+            gyro * (rate - noise),
+            gyro * 2.0 * noise,
+            accel * (-STANDARD_GRAVITY * math.sin(tilt) + noise),
+            accel * noise,
+            accel * (STANDARD_GRAVITY * math.cos(tilt) - noise),
             slipping - tilt,
             noise,
             2.0 if index % 400 < 390 else 0.0,

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from itertools import accumulate
 from operator import mul
 
-from ..samples import MOTORS, READINGS, RESTART_GAP, CorrectedSample
+from ..samples import MOTORS, READINGS, RESTART_GAP, CorrectedSample, is_silent
 
 _AT = {name: place for place, name in enumerate(CorrectedSample._fields)}
 """Place of each field in a sample."""
@@ -71,8 +71,9 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     """Return the samples of one interval as one sample at its end.
 
     White noise averages out. An axis that was saturated in any sample stays so, and its variance
-    does not average out. The wheels are those of the last sample, the motors' voltage the mean
-    over the interval, unknown where it is so for any sample.
+    does not average out. No line leads through a silence: an interval with one is silent. The
+    wheels are those of the last sample, the motors' voltage the mean over the interval, unknown
+    where it is so for any sample.
 
     Args:
         samples: at least one, in order; the first one's `dt` belongs to the interval.
@@ -84,9 +85,9 @@ def combined(samples: Sequence[CorrectedSample]) -> CorrectedSample:
     columns, values = tuple(zip(*samples, strict=True)), list(last)
     dt = columns[_DT]
     weights = _end_weights(_time_left(dt))
-    averaged = _dot(weights, weights)
+    averaged, silent = _dot(weights, weights), any(map(is_silent, samples))
     for reading, variance, saturated in _AXES:
-        values[reading] = _dot(weights, columns[reading])
+        values[reading] = 0.0 if silent else _dot(weights, columns[reading])
         values[saturated] = max(columns[saturated])
         low, high = min(columns[variance]), max(columns[variance])
         values[variance] = high if values[saturated] else averaged * low + (high - low)

@@ -43,12 +43,17 @@ class Passed(NamedTuple):
 
     time: float
     """How long the gyro was saturated [s]."""
+    readings: float
+    """How many there have been since, 1 or 2; the second one shows the rotation."""
     side: float
     """1 where the rate was positive, else -1."""
     exit: float
     """Steepest change of the rate since the end [rad/s^2]."""
     rotation: float
-    """What was unseen of it, by the rate's slopes before and after [rad]; 0 until it is known."""
+    """What was unseen of it, by the rate's slopes before and after [rad]."""
+
+
+_NOTHING = Passed(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Stream(NamedTuple):
@@ -81,12 +86,12 @@ def begin(sample: CorrectedSample) -> Stream:
     """Start with a first sample."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
-    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Passed(0.0, 0.0, 0.0, 0.0), gyro, accel)
+    return Stream(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, _NOTHING, gyro, accel)
 
 
-def follow(before: Stream, sample: CorrectedSample) -> Stream:
-    """Take one sample."""
-    dt, last = sample.dt, before.period
+def follow(before: Stream, sample: CorrectedSample, dt: float) -> Stream:
+    """Take one sample, `dt` [s] after the last one that said anything."""
+    last = before.period
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     same = gyro == before.gyro and accel == before.accel
@@ -109,7 +114,7 @@ def follow(before: Stream, sample: CorrectedSample) -> Stream:
         before.shocked + dt if sample.accel_saturated_x + sample.accel_saturated_z > 0.0 else 0.0,
         slope,
         gyro[1] - before.gyro[1],
-        _passed(before, sample),
+        _passed(before, sample, dt),
         gyro,
         accel,
     )
@@ -137,22 +142,22 @@ def _faded(slope: float, dt: float) -> float:
     return slope * SLOPE_MEMORY / (SLOPE_MEMORY + dt)
 
 
-def _passed(before: Stream, sample: CorrectedSample) -> Passed:
+def _passed(before: Stream, sample: CorrectedSample, dt: float) -> Passed:
     """Return what is known of a saturation of the gyro that has ended.
 
     The rate rose with the slope before it and fell with that after it: the area of the triangle
     above the range that these two span is what the gyro did not show. The slope after it takes
     two readings, of which the first holds an impact.
     """
-    change = abs(sample.gyro_y - before.gyro[1]) / sample.dt
+    change = abs(sample.gyro_y - before.gyro[1]) / dt
     if before.saturated > 0.0 and sample.gyro_saturated_y == 0.0:
-        return Passed(before.saturated, math.copysign(1.0, before.gyro[1]), change, 0.0)
+        return Passed(before.saturated, 1.0, math.copysign(1.0, before.gyro[1]), change, 0.0)
     last = before.passed
-    if last.time == 0.0 or last.rotation != 0.0:
-        return Passed(0.0, 0.0, 0.0, 0.0)
+    if last.readings != 1.0:
+        return _NOTHING
     fall = max(last.exit, change)
     height = before.slope * fall / max(before.slope + fall, 1e-9)
-    return Passed(last.time, last.side, fall, 0.5 * last.side * height * last.time * last.time)
+    return Passed(last.time, 2.0, last.side, fall, 0.5 * last.side * height * last.time * last.time)
 
 
 def is_gap(before: Stream, dt: float) -> bool:
@@ -160,15 +165,15 @@ def is_gap(before: Stream, dt: float) -> bool:
     return dt > (LATE * before.period if before.period > 0.0 else FIRST_STEP)
 
 
-def unseen_rotation(before: Stream, now: Stream, sample: CorrectedSample) -> float:
+def unseen_rotation(before: Stream, now: Stream, dt: float) -> float:
     """Return the largest rotation that a sample does not show [rad].
 
     Args:
         before: what was remembered before it.
         now: what is remembered with it.
-        sample: the reading.
+        dt: time since the last one that said anything [s].
     """
-    dt, unseen = sample.dt, 0.0
+    unseen = 0.0
     if now.saturated > 0.0:
         unseen = max(SLOPE_MARGIN * now.slope, ACCELERATION) * now.saturated * dt
     if is_gap(before, dt):

@@ -14,9 +14,11 @@ from typing import NamedTuple
 
 from ..samples import (
     LYING,
+    RESTART_GAP,
     CorrectedSample,
     TiltEstimate,
     gravity_excess,
+    is_silent,
     shows_gravity,
     shows_rest,
     wrapped,
@@ -25,6 +27,7 @@ from . import resting, spinning, unseen
 from .resting import RestSums, continued, judged_wrong, shown_by
 from .spinning import LED, Spin, leaned, spun
 from .unseen import (
+    ACCELERATION,
     FREEZE,
     Stream,
     follow,
@@ -74,6 +77,8 @@ REST_DISAGREEMENT = 0.03
 """The same where the robot rests."""
 REST_SCATTER, REST_RATE = 4e-4, 0.1
 """Mean square of the disturbances [rad^2] and rate [rad/s] below which it does."""
+LAG = 2.0
+"""How many times what a filter is known to miss in a silence counts as a deviation."""
 BIAS_CHANGE = 0.02
 """Change of a gyro bias [rad/s] in a time of doubt that is taken back."""
 BIAS_TIME = 2.0
@@ -106,6 +111,20 @@ class BeforeSaturation(NamedTuple):
     trusted: float
     variance: float
     """Of the reference [rad^2]."""
+
+
+class Silence(NamedTuple):
+    """A silence of the sensor, which is a gap in which the filter is stepped all the same."""
+
+    time: float
+    """For how long it has lasted [s]; 0 where there is none."""
+    doubt: float
+    """Variance of the filter's tilt before it [rad^2]."""
+
+
+_NO_SILENCE = Silence(0.0, 0.0)
+_NOTHING_KNOWN = BeforeSaturation(math.pi, 0.0, _UNKNOWN)
+"""What held before a saturation that a silence is part of, or follows, or precedes."""
 
 
 class Certainty(NamedTuple):
@@ -141,7 +160,8 @@ class Watch(NamedTuple):
     missed: float
     """Rotation that the filter has just missed and gets added [rad]; 0 almost always."""
     tilt: float
-    """The filter's [rad]."""
+    """The filter's, when the sensor last said anything [rad]."""
+    silence: Silence
     known: BeforeSaturation
     certainty: Certainty
     reference: Reference
@@ -177,6 +197,7 @@ def begin(
         Judgement(doubt, 1.0 if trusted else 0.0, 0.0, estimate.gyro_bias, calm),
         0.0,
         estimate.tilt,
+        _NO_SILENCE,
         BeforeSaturation(0.0, 0.0, 0.0),
         _certainty(certainty, estimate, 0.0, valid_stddev, self_judged),
         Reference(sample.angle, variance if shown else _UNKNOWN, variance),
@@ -206,47 +227,93 @@ def watch(
     Returns:
         The judgement. Where it is `astray`, the filter starts afresh and `restarted` follows.
     """
-    stream, last = follow(before.stream, sample), before.judgement
-    turn = sample.dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - last.bias)
-    hidden = unseen_rotation(before.stream, stream, sample)
-    pull = wrapped(estimate.tilt - before.tilt - turn)
+    if is_silent(sample):
+        return _in_silence(before, sample, estimate, valid_stddev, self_judged)
+    last, silent = before.judgement, before.silence.time > 0.0
+    dt, known = sample.dt + before.silence.time, before.known
+    stream = follow(before.stream, sample, dt)
+    turn = dt * (0.5 * (sample.gyro_y + before.stream.gyro[1]) - last.bias)
+    hidden = unseen_rotation(before.stream, stream, dt)
+    pull, missed = wrapped(estimate.tilt - before.tilt - turn), 0.0
+    if silent:
+        bridged = dt <= RESTART_GAP and before.stream.saturated == 0.0
+        missed, pull = -pull if bridged and not self_judged else 0.0, 0.0
+    variance = before.silence.doubt if silent else last.doubt
     pulled = 0.0 if self_judged else misled(stream, sample, abs(pull))
-    doubt = min(math.sqrt(last.doubt) + hidden + pulled, math.pi)
+    doubt = min(math.sqrt(variance) + hidden + pulled, math.pi)
     calm, scatter = last.calm + sample.dt, before.reference.scatter
     if hidden > CAUSE or (pulled > 0.0 and doubt > CAUSE):
         calm, scatter = 0.0, max(scatter, FIRST_SCATTER * FIRST_SCATTER)
     reference = _carried(before.reference, sample, turn, hidden, scatter)
     full = stream.saturated + stream.shocked > 0.0
-    pending = stream.passed.time > 0.0 and stream.passed.rotation == 0.0
+    pending = stream.passed.readings == 1.0
     blind, rest, spin = full or pending or stream.frozen > FREEZE, before.rest, before.spin
     if not blind:
         reference = _averaged(reference, sample, min(sample.dt, 2.0 * stream.period))
     if not self_judged:
         turned = turn + last.bias * sample.dt
         spin = spun(spin, sample, estimate.tilt, pull)
-        restless = blind or leaned(spin) > 0.0 or is_gap(before.stream, sample.dt)
+        restless = blind or silent or leaned(spin) > 0.0 or is_gap(before.stream, dt)
         rest = continued(rest, sample, turned, restless)
-    known = before.known
     if stream.saturated > 0.0 and before.stream.saturated == 0.0:
         known = BeforeSaturation(math.sqrt(last.doubt), last.trusted, before.reference.variance)
-    judgement, missed = Judgement(doubt * doubt, last.trusted, 0.0, last.bias, calm), 0.0
+    if silent and stream.saturated + stream.passed.readings > 0.0:
+        known = _NOTHING_KNOWN
+    judgement = Judgement(doubt * doubt, last.trusted, 0.0, last.bias, calm)
     judgement, reference = _turned(judgement, reference, spin)
-    if stream.passed.rotation != 0.0:
+    if stream.passed.readings == 2.0:
         judgement, reference = _passed(judgement, reference, known, stream, self_judged)
-        missed = 0.0 if self_judged else stream.passed.rotation
+        missed += 0.0 if self_judged else stream.passed.rotation
+    tilt = estimate.tilt
+    if silent:  # what is judged is the tilt with what it gets added
+        estimate = TiltEstimate(
+            tilt + missed, estimate.rate, estimate.gyro_bias, estimate.tilt_variance
+        )
     if rest.found > 0.0 or rest.wrong > 0.0:
         judgement, reference, rest = _rested(judgement, reference, rest, estimate)
     wrong = rest.wrong > 0.0
     return Watch(
         _judged(judgement, reference, stream, wrong, estimate, valid_stddev, self_judged),
         missed,
-        estimate.tilt,
+        tilt,
+        _NO_SILENCE,
         known,
         _certainty(before.certainty, estimate, sample.dt, valid_stddev, self_judged),
         reference,
         stream,
         rest,
         spin,
+    )
+
+
+def _in_silence(
+    before: Watch,
+    sample: CorrectedSample,
+    estimate: TiltEstimate,
+    valid_stddev: float,
+    self_judged: bool,
+) -> Watch:
+    """Judge the estimate while the sensor is silent.
+
+    The filter stands still, or follows nothing; the next reading shows what it has missed.
+    """
+    last, began = before.judgement, before.silence
+    silence = Silence(began.time + sample.dt, began.doubt if began.time > 0.0 else last.doubt)
+    hidden = (LAG * abs(before.stream.gyro[1]) + ACCELERATION * silence.time) * sample.dt
+    deviation = min(math.sqrt(last.doubt) + hidden, math.pi)
+    trusted = last.trusted if deviation <= valid_stddev else 0.0
+    calm = 0.0 if hidden > CAUSE else last.calm + sample.dt
+    return Watch(
+        Judgement(deviation * deviation, trusted, 0.0, last.bias, calm),
+        0.0,
+        before.tilt,
+        silence,
+        before.known,
+        _certainty(before.certainty, estimate, sample.dt, valid_stddev, self_judged),
+        before.reference,
+        before.stream,
+        before.rest,
+        before.spin,
     )
 
 
@@ -273,7 +340,7 @@ def _passed(
     if not self_judged and may_be_level(stream):
         return judgement, Reference(tilt, reference.variance, reference.scatter)
     deviation = min(math.sqrt(known.variance) + uncertain, math.sqrt(reference.variance))
-    doubt = known.doubt + uncertain
+    doubt = min(known.doubt + uncertain, math.pi)
     return (
         Judgement(doubt * doubt, known.trusted, judgement.astray, judgement.bias, judgement.calm),
         Reference(tilt, deviation * deviation, reference.scatter),
