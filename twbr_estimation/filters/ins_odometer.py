@@ -116,6 +116,7 @@ from .inertial.wheel_check import (
     believed,
     checked,
     condemned,
+    misleading,
     proven,
     restarted,
     trustworthy,
@@ -417,7 +418,8 @@ def _aided(
                 p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    keep_gains = still or abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING
+    misled = abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING or misleading(moved.check)
+    keep_gains = still or misled
     compared = aid(
         p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
     )

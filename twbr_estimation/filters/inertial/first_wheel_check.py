@@ -83,5 +83,5 @@ def _judged_first(check: WheelCheck, least: float, dt: float) -> WheelCheck:
         lasting += dt
     if share > CONDEMNED and fast[0] > EVIDENCE * least:
         return with_trust(check, 1.0, ignoring(trust, 0.0, 0.0))
-    passed = Trust(lasting, 0.0, 0.0, trust.since, trust.total, trust.needed)
+    passed = Trust(lasting, 0.0, 0.0, trust.since, trust.total, trust.needed, 0.0)
     return with_trust(check, 1.0, passed)

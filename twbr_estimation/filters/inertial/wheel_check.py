@@ -40,6 +40,8 @@ PROVEN, RETURN = 1.0, 1.0
 RELAPSE, RELAPSE_FACTOR, LONGEST_PROOF = 20.0, 4.0, 60.0
 """Wheels that are wrong again within the first [s] must be right so many times longer, at most
 the last [s]."""
+RIGHT_ONCE = 0.1
+"""Wheels that were right for so long have the right sign, unit and gear [s]."""
 PROOF = 2.0
 """A motion must exceed what counts for nothing so many times to prove anything."""
 EQUAL = 0.02
@@ -93,6 +95,8 @@ class Trust(NamedTuple):
     """How long they were ignored in all [s]."""
     needed: float
     """How long they must be right before they are believed again [s]."""
+    longest: float
+    """The longest that they have been right at a time [s]."""
 
 
 class WheelCheck(NamedTuple):
@@ -123,7 +127,7 @@ def begin_check(unsure: float = 0.0) -> WheelCheck:
         slow=zeros,
         fast=zeros,
         waiting=PROBATION,
-        trust=Trust(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN),
+        trust=Trust(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN, longest=0.0),
         steps=Steps(0.0, 0.0, FIRST_STEP),
         unsure=unsure,
     )
@@ -137,6 +141,11 @@ def believed(check: WheelCheck) -> bool:
 def proven(check: WheelCheck) -> bool:
     """Whether the wheels have proven right by moving as the accelerometer felt."""
     return check.trust.proven > PROVEN and check.waiting <= 0.0 and believed(check)
+
+
+def misleading(check: WheelCheck) -> bool:
+    """Whether wheels that have been right contradict the accelerometer: they slip."""
+    return check.trust.longest > RIGHT_ONCE and not trustworthy(check)
 
 
 def trustworthy(check: WheelCheck) -> bool:
@@ -163,7 +172,7 @@ def ignoring(trust: Trust, proven: float, doubted: float) -> Trust:
     needed = trust.needed
     if trust.total > 0.0 and trust.since < RELAPSE:
         needed = min(RELAPSE_FACTOR * needed, LONGEST_PROOF)
-    return Trust(proven, doubted, 1.0, 0.0, trust.total, needed)
+    return Trust(proven, doubted, 1.0, 0.0, trust.total, needed, trust.longest)
 
 
 def with_trust(check: WheelCheck, known: float, trust: Trust) -> WheelCheck:
@@ -188,6 +197,7 @@ def _later(trust: Trust, dt: float) -> Trust:
         trust.since + dt,
         trust.total + trust.ignored * dt,
         trust.needed,
+        trust.longest,
     )
 
 
@@ -358,11 +368,14 @@ def _judged(check: WheelCheck, least: float, nothing: float, still: bool, dt: fl
         doubted = 1.0
     elif fast_share < CLEARED:
         doubted = 0.0
-    trust = Trust(lasting, doubted, trust.ignored, trust.since, trust.total, trust.needed)
+    longest = max(lasting, trust.longest)
+    trust = Trust(
+        lasting, doubted, trust.ignored, trust.since, trust.total, trust.needed, longest
+    )
     if trust.ignored == 0.0 and slow_share > _limit(trust) and slow[0] > EVIDENCE * least:
         trust = ignoring(trust, lasting, doubted)
     elif trust.ignored > 0.0 and lasting > trust.needed:
-        trust = Trust(lasting, doubted, 0.0, 0.0, trust.total, trust.needed)
+        trust = Trust(lasting, doubted, 0.0, 0.0, trust.total, trust.needed, longest)
         slow = fast
     return WheelCheck(
         1.0, check.velocities, slow, fast, check.waiting, trust, check.steps, check.unsure
