@@ -136,7 +136,10 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    return Restarted(afresh, vertical, first_covariance(variance, c))
+    p = first_covariance(variance, c)
+    for i in range(3):
+        p[VELOCITY + i, VELOCITY + i] = FAST_VELOCITY * FAST_VELOCITY
+    return Restarted(afresh, vertical, p)
 
 
 def moved_afresh(nav: Navigation, attitude: Quaternion) -> Navigation:
