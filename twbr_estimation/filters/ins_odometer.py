@@ -46,6 +46,7 @@ from .inertial.aiding import (
     wheel_slopes,
     with_correction,
 )
+from .inertial.beginning import Beginning, begin, carried, pulled_away, unrepaired, with_repair
 from .inertial.clipping import (
     GAP,
     Clipping,
@@ -80,6 +81,7 @@ from .inertial.restart import (
     begin_navigation,
     contradicted,
     first_covariance,
+    restarted_at_beginning,
     restarted_at_vertical,
 )
 from .inertial.stillness import (
@@ -107,6 +109,7 @@ from .inertial.vertical import (
     swayed_variance,
     unseen_variance,
     unsettled_variance,
+    variance_of,
     with_axes_turned,
 )
 from .inertial.wheel_check import (
@@ -146,8 +149,6 @@ REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
-DRIFT = 0.002
-"""Growth of the variance by the first reading: it is soon as well known otherwise [rad^2/s]."""
 FALLING = 6.0
 """A body that turns faster falls: its wheels slip, and teach no gain of the gyro [rad/s]."""
 JUMP = 0.05
@@ -174,8 +175,7 @@ class State(NamedTuple):
     memory: LearntBefore
     clipping: Clipping
     gravity: FeltGravity
-    first: float
-    """Variance of the tilt by the first reading, with what the gyro has not seen since [rad^2]."""
+    beginning: Beginning
     covariance: Array
     """Of the error vector of `error_state`, (26, 26)."""
 
@@ -211,7 +211,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         memory=begin_memory(nav),
         clipping=begin_clipping(sample),
         gravity=begin_gravity(),
-        first=variance,
+        beginning=begin(variance),
         covariance=first_covariance(variance, c),
     )
 
@@ -265,7 +265,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         memory=state.memory,
         clipping=clipping,
         gravity=gravity,
-        first=state.first + unseen + DRIFT * sample.dt,
+        beginning=carried(state.beginning, unseen, sample.dt),
         covariance=state.covariance,
     )
     was_saturated = state.aiding.saturated > 0.0
@@ -319,7 +319,7 @@ def _compared(
         c: coefficients.
     """
     nav, now, time, check = moved.navigation, moved.last, moved.window.time, moved.check
-    p, first = _propagated(moved, unseen, sample, c), moved.first
+    p = _propagated(moved, unseen, sample, c)
     error = np.zeros(STATES)
     racing = still and moved.stillness.rolled > ROLLED
     wheels = usable_wheels(moved.aiding, sample) if believed(check) and not racing else 0.0
@@ -331,17 +331,24 @@ def _compared(
     if error[0] * error[0] + error[1] * error[1] > JUMP * JUMP:
         check = restarted(check)
     strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
-    if wheels > 0.0 and (strange > 1.0 or (off and vertical.age >= MEMORY and not still)):
+    beginning = with_repair(moved.beginning, error, time)
+    pulled = pulled_away(beginning) and not passed_first(moved.first_check)
+    off_course = pulled or (off and vertical.age >= MEMORY)
+    if wheels > 0.0 and (strange > 1.0 or (off_course and not still)):
         check = condemned(check)
-    astray = check.trust.ignored > 0.0 and check.trust.since <= time
+    astray = check.trust.ignored > 0.0 and check.trust.since < time
     lost = sample.dt > GAP and unseen > LOST_TURN
     memory = moved.memory
     biased = still and shows_bias(moved.stillness, fixed.gyro_bias)
     if biased:
         memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
     if astray or lost or off or biased:
-        first = LOST
-        afresh = restarted_at_vertical(fixed, vertical, p, memory, lost and not biased, off, c)
+        if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
+            afresh = restarted_at_beginning(fixed, vertical, beginning, c)
+            beginning = unrepaired(beginning)
+        else:
+            afresh = restarted_at_vertical(fixed, vertical, p, memory, lost and not biased, off, c)
+            beginning = begin(LOST)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)
     sound = (wheels == 0.0 or trustworthy(check)) and check.trust.doubted == 0.0 and strange < SOUND
@@ -351,7 +358,9 @@ def _compared(
     share = 1.0
     if wheels > 0.0 and sure:
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
-    doubt = share * min(unseen_variance(vertical), first) + spun_variance(moved.clipping, now.body)
+    doubt = share * min(unseen_variance(vertical), beginning.variance) + spun_variance(
+        moved.clipping, now.body
+    )
     if wheels == 0.0:
         doubt += swayed_variance(vertical)
     elif not sure:
@@ -378,7 +387,7 @@ def _compared(
         memory=remembered(memory, fixed, sound, time),
         clipping=moved.clipping,
         gravity=moved.gravity,
-        first=first,
+        beginning=beginning,
         covariance=p,
     )
 

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...samples import STANDARD_GRAVITY
+from .beginning import Beginning
 from .error_state import (
     ACCEL_BIAS,
     ATTITUDE,
@@ -23,8 +25,8 @@ from .error_state import (
 from .learnt import LearntBefore, learnt_by, recalled
 from .navigation import Navigation
 from .parameters import Coefficients
-from .strapdown import Quaternion, Vector, product
-from .vertical import Vertical, levelled, levelling, off_level, variance_of
+from .strapdown import Quaternion, Vector, product, rotation_of
+from .vertical import Vertical, levelled, levelling, off_level, variance_of, with_axes_turned
 
 FIRST_VELOCITY = 0.3
 """Standard deviation of the first velocity [m/s]."""
@@ -50,12 +52,14 @@ class Restarted(NamedTuple):
     covariance: Array
 
 
-def begin_navigation(attitude: Quaternion, bias: Vector) -> Navigation:
-    """Return a navigation at rest without known errors but the gyro's bias."""
+def begin_navigation(
+    attitude: Quaternion, bias: Vector, velocity: Vector = (0.0, 0.0, 0.0)
+) -> Navigation:
+    """Return a navigation without known errors but the gyro's bias."""
     zeros = (0.0, 0.0, 0.0)
     return Navigation(
         attitude=attitude,
-        velocity=zeros,
+        velocity=velocity,
         position=zeros,
         distance=0.0,
         gyro_bias=bias,
@@ -85,6 +89,14 @@ def first_covariance(tilt: float, c: Coefficients) -> Array:
     p[GYRO_CROSS, GYRO_CROSS] = c.gyro_cross * c.gyro_cross
     p[BEND, BEND] = p[BEND + 1, BEND + 1] = c.accel_residual * c.accel_residual
     p[ATTITUDE, ATTITUDE] = p[ATTITUDE + 1, ATTITUDE + 1] = tilt
+    return p
+
+
+def moving_covariance(tilt: float, c: Coefficients) -> Array:
+    """Return the same of one that begins in motion."""
+    p = first_covariance(tilt, c)
+    for i in range(3):
+        p[VELOCITY + i, VELOCITY + i] = FAST_VELOCITY * FAST_VELOCITY
     return p
 
 
@@ -136,10 +148,31 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    p = first_covariance(variance, c)
-    for i in range(3):
-        p[VELOCITY + i, VELOCITY + i] = FAST_VELOCITY * FAST_VELOCITY
-    return Restarted(afresh, vertical, p)
+    return Restarted(afresh, vertical, moving_covariance(variance, c))
+
+
+def restarted_at_beginning(
+    nav: Navigation, vertical: Vertical, beginning: Beginning, c: Coefficients
+) -> Restarted:
+    """Begin the navigation again where the first reading and the gyro alone have it.
+
+    Args:
+        nav: as it is.
+        vertical: as gyro and accelerometer have it.
+        beginning: the first reading, and the repairs since.
+        c: coefficients.
+    """
+    (x, y), (ahead, aside) = beginning.turned, beginning.sped
+    turn, variance = (-x, -y, 0.0), beginning.variance
+    attitude = product(rotation_of(turn), nav.attitude)
+    velocity = nav.velocity[0] - ahead, nav.velocity[1] - aside, 0.0
+    afresh = begin_navigation(attitude, vertical.bias, velocity)
+    p, push = first_covariance(variance, c), STANDARD_GRAVITY * beginning.lasted
+    for axis, other, gain in ((0, 1, push), (1, 0, -push)):
+        p[VELOCITY + axis, VELOCITY + axis] += gain * gain * variance
+        p[VELOCITY + axis, ATTITUDE + other] = gain * variance
+        p[ATTITUDE + other, VELOCITY + axis] = gain * variance
+    return Restarted(afresh, with_axes_turned(vertical, turn), p)
 
 
 def moved_afresh(nav: Navigation, attitude: Quaternion) -> Navigation:

@@ -369,9 +369,7 @@ def _judged(check: WheelCheck, least: float, nothing: float, still: bool, dt: fl
     elif fast_share < CLEARED:
         doubted = 0.0
     longest = max(lasting, trust.longest)
-    trust = Trust(
-        lasting, doubted, trust.ignored, trust.since, trust.total, trust.needed, longest
-    )
+    trust = Trust(lasting, doubted, trust.ignored, trust.since, trust.total, trust.needed, longest)
     if trust.ignored == 0.0 and slow_share > _limit(trust) and slow[0] > EVIDENCE * least:
         trust = ignoring(trust, lasting, doubted)
     elif trust.ignored > 0.0 and lasting > trust.needed:
