@@ -58,7 +58,7 @@ from .inertial.clipping import (
 )
 from .inertial.error_growth import propagated
 from .inertial.error_state import ATTITUDE, DISTANCE, GYRO_BIAS, STATES, VELOCITY, Array
-from .inertial.first_wheel_check import first_checked, passed_first
+from .inertial.first_wheel_check import first_checked, once_right, passed_first
 from .inertial.gravity import FeltGravity, begin_gravity, weighed
 from .inertial.learnt import LearntBefore, begin_memory, remembered, strangeness
 from .inertial.navigation import (
@@ -343,7 +343,8 @@ def _compared(
     if biased:
         memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
     if astray or lost or off or biased:
-        if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
+        never = not (lost or biased or once_right(moved.first_check))
+        if astray and never and beginning.variance < variance_of(vertical):
             afresh = restarted_at_beginning(fixed, vertical, beginning, c)
             beginning = unrepaired(beginning)
         else:
@@ -427,8 +428,9 @@ def _aided(
                 p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    misled = abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING or misleading(moved.check)
-    keep_gains = still or misled
+    slipping = misleading(moved.check) and not passed_first(moved.first_check)
+    falling = abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING
+    keep_gains = still or falling or slipping
     compared = aid(
         p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
     )

@@ -37,7 +37,7 @@ def begin(variance: float) -> Beginning:
 
 
 def carried(beginning: Beginning, unseen: float, dt: float) -> Beginning:
-    """Return the beginning `dt` [s] later; `unseen` is variance that the gyro did not see [rad^2]."""
+    """Return the beginning `dt` [s] later, in which the gyro missed a variance [rad^2]."""
     return Beginning(
         beginning.variance + unseen + DRIFT * dt,
         beginning.lasted + dt,
@@ -47,7 +47,7 @@ def carried(beginning: Beginning, unseen: float, dt: float) -> Beginning:
 
 
 def with_repair(beginning: Beginning, error: Array, time: float) -> Beginning:
-    """Return the beginning after the navigation was freed of an error, `time` [s] after the last."""
+    """Return the beginning after another repair, `time` [s] after the last."""
     (x, y), (ahead, aside) = beginning.turned, beginning.sped
     push = STANDARD_GRAVITY * time
     return Beginning(

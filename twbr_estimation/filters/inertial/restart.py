@@ -92,14 +92,6 @@ def first_covariance(tilt: float, c: Coefficients) -> Array:
     return p
 
 
-def moving_covariance(tilt: float, c: Coefficients) -> Array:
-    """Return the same of one that begins in motion."""
-    p = first_covariance(tilt, c)
-    for i in range(3):
-        p[VELOCITY + i, VELOCITY + i] = FAST_VELOCITY * FAST_VELOCITY
-    return p
-
-
 def contradicted(vertical: Vertical, p: Array, still: bool) -> bool:
     """Whether the navigation is to begin again from the vertical.
 
@@ -148,7 +140,7 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    return Restarted(afresh, vertical, moving_covariance(variance, c))
+    return Restarted(afresh, vertical, first_covariance(variance, c))
 
 
 def restarted_at_beginning(
