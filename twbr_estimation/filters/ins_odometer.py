@@ -25,7 +25,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..samples import LYING, CorrectedSample, TiltEstimate, is_saturated, shows_gravity, shows_rest
+from ..samples import (
+    LYING,
+    QUIET_RATE,
+    CorrectedSample,
+    TiltEstimate,
+    is_saturated,
+    shows_gravity,
+    shows_rest,
+)
 from .base import Filter
 from .inertial.adjusted import adjusted
 from .inertial.aiding import (
@@ -86,6 +94,7 @@ from .inertial.restart import (
 )
 from .inertial.stillness import (
     ROLLED,
+    SHAKING,
     Stillness,
     begin_stillness,
     is_still,
@@ -94,8 +103,9 @@ from .inertial.stillness import (
     shows_bias,
     unexplained_variance,
 )
-from .inertial.strapdown import attitude_at, heading_of, tilt_ahead
+from .inertial.strapdown import Vector, attitude_at, heading_of, tilt_ahead
 from .inertial.vertical import (
+    LEAST_FORCE,
     MEMORY,
     Vertical,
     agreed,
@@ -104,6 +114,7 @@ from .inertial.vertical import (
     bias_remarks,
     body_by,
     contradicts_rest,
+    far_away_variance,
     followed,
     off_level,
     swayed_variance,
@@ -276,9 +287,23 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
 
 def _woken(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Begin at the first sample that shows gravity: before, a chip wakes up, or a robot falls."""
-    rate = sample.gyro_y - state.gyro_bias
-    tilt = sample.angle if shows_gravity(sample) else state.tilt + rate * sample.dt
-    return reset(TiltEstimate(tilt, rate, state.gyro_bias, 0.0), sample, c)
+    rate, variance = sample.gyro_y - state.gyro_bias, 0.0
+    tilt = state.tilt + rate * sample.dt
+    if shows_gravity(sample):
+        tilt = sample.angle
+    elif _stays(state.last.accel, sample):
+        tilt, variance = sample.angle, FIRST_TILT * FIRST_TILT
+    return reset(TiltEstimate(tilt, rate, state.gyro_bias, variance), sample, c)
+
+
+def _stays(felt: Vector, sample: CorrectedSample) -> bool:
+    """Whether a quiet body feels another force than gravity: an accelerometer of another scale."""
+    x, y, z = sample.accel_x - felt[0], sample.accel_y - felt[1], sample.accel_z - felt[2]
+    p, q, r = sample.gyro_x, sample.gyro_y, sample.gyro_z
+    alike = x * x + y * y + z * z < SHAKING * SHAKING
+    feels = felt[0] * felt[0] + felt[1] * felt[1] + felt[2] * felt[2] > LEAST_FORCE * LEAST_FORCE
+    quiet = p * p + q * q + r * r < QUIET_RATE * QUIET_RATE
+    return alike and feels and quiet and not is_saturated(sample)
 
 
 def _navigation_variance(state: State) -> float:
@@ -359,9 +384,8 @@ def _compared(
     share = 1.0
     if wheels > 0.0 and sure:
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
-    doubt = share * min(unseen_variance(vertical), beginning.variance) + spun_variance(
-        moved.clipping, now.body
-    )
+    doubt = share * min(unseen_variance(vertical), beginning.variance)
+    doubt += spun_variance(moved.clipping, now.body) + far_away_variance(vertical)
     if wheels == 0.0:
         doubt += swayed_variance(vertical)
     elif not sure:

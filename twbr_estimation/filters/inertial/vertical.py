@@ -42,6 +42,11 @@ LARGEST_LEARNT = 0.05
 """A larger bias is learnt at rest only [rad/s]."""
 LEAST_FORCE = 2.0
 """A smaller specific force has no direction to trust [m/s^2]."""
+UPSIDE_DOWN, AFRESH = 2.0, 0.2
+"""Where the mean force points down for as long as makes `pending` the first [rad^2], a second and a
+half, no throw does that: the vertical begins afresh there, with the second as its age [s]."""
+FAR_AWAY = 1.0
+"""What exceeds this of `pending` is doubt, whatever wheels say [rad^2]."""
 GAIN_SHARE = 0.8
 """Share of the deviation of the gyro's gain that counts for turns of late: the navigation beside
 the vertical is turned by the same gyro."""
@@ -92,6 +97,11 @@ def swayed_variance(vertical: Vertical) -> float:
     return SWAYED * max(vertical.pending - SWAYING * SWAYING, 0.0)
 
 
+def far_away_variance(vertical: Vertical) -> float:
+    """Return what a mean force leaves unknown that points far from the vertical [rad^2]."""
+    return max(vertical.pending - FAR_AWAY, 0.0)
+
+
 def followed(
     vertical: Vertical,
     body: Matrix,
@@ -140,6 +150,8 @@ def followed(
     length = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
     if length < LEAST_FORCE:
         return Vertical(up, force, b, age, pending, gain_error)
+    if pending > UPSIDE_DOWN and force[0] * up[0] + force[1] * up[1] + force[2] * up[2] < 0.0:
+        return Vertical(unit(force), force, b, min(age, AFRESH), 0.0, gain_error)
     off = (force[0] / length - up[0], force[1] / length - up[1], force[2] / length - up[2])
     half = 0.5 * share
     up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
