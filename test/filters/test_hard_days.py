@@ -13,19 +13,22 @@ from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import FloatArray, ImuTrack
 from twbr_estimation.robot import Robot
+from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.hard_days import DAYS, Day
 from twbr_estimation.simulation.hard_days.day import balancing, clock, ramp, recorded
 from twbr_estimation.simulation.hard_days.prescribed import planar, rolled_angle
 
 SEED = 4001
 """Never used to choose a constant."""
+IN_MOTION = 8101
+"""The robot is pushed within its first tenth of a second; this seed has been looked at."""
 FLOOR, ROOM = 1.2, 0.03
 """Factor and addition [deg^2] within which the filter must be of the best of its rivals."""
 
 
 @cache
-def day(name: str, dt: float) -> tuple[Day, CorrectedTrack, CorrectedTrack]:
-    made = DAYS[name](SEED, dt)
+def day(name: str, dt: float, seed: int = SEED) -> tuple[Day, CorrectedTrack, CorrectedTrack]:
+    made = DAYS[name](seed, dt)
     imu = made.recording.imu
     tracks = [correct(pair(imu, wheels), made.setup) for wheels in (made.recording.wheels, None)]
     return made, tracks[0], tracks[1]
@@ -73,11 +76,64 @@ def test_no_worse_than_the_best_that_could_be_had(name: str, dt: float) -> None:
     assert ours < FLOOR * min(rivals) + ROOM
 
 
-@pytest.mark.parametrize("name", ["encoder signs wrong", "counts doubled", "left encoder mirrored"])
-def test_wrong_encoders_are_found_out(name: str) -> None:
-    made, wheels, blind = day(name, 0.005)
+@pytest.mark.parametrize("seed", [SEED, IN_MOTION])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "encoder signs wrong",
+        "counts doubled",
+        "counts halved",
+        "degrees for radians",
+        "left encoder mirrored",
+        "encoder 20 to 60 ms late",
+    ],
+)
+def test_wrong_encoders_are_found_out(name: str, seed: int) -> None:
+    made, wheels, blind = day(name, 0.005, seed)
     ours = np.mean(errors("ins_odometer", made, wheels)[0] ** 2)
-    assert ours < 1.5 * np.mean(errors("ins_odometer", made, blind)[0] ** 2) + ROOM
+    assert ours < FLOOR * np.mean(errors("ins_odometer", made, blind)[0] ** 2) + ROOM
+
+
+@pytest.mark.parametrize("with_wheels", [True, False])
+def test_a_first_reading_that_points_down_is_found_out(with_wheels: bool) -> None:
+    """A chip that is mounted right sends one reading upside down; then the robot rocks."""
+    step, time = clock(0.005, 20.0)
+    robot, tilt = Robot(), np.radians(3.0) * np.sin(4.0 * time)
+    motion = planar(step, tilt, np.zeros_like(time))
+    made = recorded("down", motion, rolled_angle(motion, 0.0 * time, robot), robot, 0.005, SEED)
+    imu, truth, entry = made.recording.imu, made.recording.truth, filter_named("ins_odometer")
+    assert truth is not None
+    accel = imu.accel.copy()
+    accel[0] = 0.0, 0.0, -9.8
+    wheels = made.recording.wheels if with_wheels else None
+    track = correct(pair(ImuTrack(imu.stamps, imu.gyro, accel), wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, robot)
+    true = np.interp(found.stamps, truth.stamps, truth.tilt)
+    error = np.degrees(np.abs(np.angle(np.exp(1j * (found.tilt - true)))))
+    assert error[0] > 170.0
+    assert not np.any(trusted(entry, track, found) & (error > 5.0))
+    assert error[found.stamps - found.stamps[0] > 3_000_000_000].max() < 5.0
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.7, 1.3, 2.0])
+def test_an_accelerometer_of_a_wrong_full_scale_is_followed_but_not_trusted(factor: float) -> None:
+    made, entry = simulate("W1", 0.005, 20.0, SEED), filter_named("ins_odometer")
+    imu, truth = made.recording.imu, made.recording.truth
+    assert truth is not None
+    scaled = ImuTrack(imu.stamps, imu.gyro, factor * imu.accel)
+    track = correct(pair(scaled, None), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+    assert np.mean(trusted(entry, track, found)) < 0.2
+    assert np.abs(error).max() < 15.0
+
+
+def test_two_early_slips_do_not_lead_to_right_wheels_being_ignored() -> None:
+    """They slip at half a second and a second; a gain of the gyro of 18 % explained that."""
+    made, entry = simulate("W2", 0.005, 10.0, 3008), filter_named("ins_odometer")
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    assert entry.wheels_ignored is not None and entry.wheels_ignored(found.state) == 0.0
 
 
 LATE = pytest.param(

@@ -17,7 +17,12 @@ from twbr_estimation.filters.inertial.clipping import (
     unseen_turn,
 )
 from twbr_estimation.filters.inertial.first_wheel_check import first_checked, passed_first
-from twbr_estimation.filters.inertial.gravity import begin_gravity, weighed
+from twbr_estimation.filters.inertial.gravity import (
+    begin_gravity,
+    factor_of,
+    scale_variance,
+    weighed,
+)
 from twbr_estimation.filters.inertial.learnt import (
     begin_memory,
     learnt_by,
@@ -143,7 +148,7 @@ def test_a_silence_is_no_rest(gap: float, rests: bool) -> None:
 
 @pytest.mark.parametrize("tilt", [0.0, 1.2])
 def test_the_gain_of_an_accelerometer_is_that_along_the_vertical(tilt: float) -> None:
-    gravity, body = begin_gravity(), matrix_of(attitude_at(tilt, (0.0, 0.0, 1.0)))
+    gravity, body = begin_gravity(1.0), matrix_of(attitude_at(tilt, (0.0, 0.0, 1.0)))
     force = 1.035 * STANDARD_GRAVITY
     reading = sample(accel_x=-force * math.sin(tilt), accel_z=force * math.cos(tilt))
     for _ in range(round(60.0 / DT)):
@@ -151,9 +156,16 @@ def test_the_gain_of_an_accelerometer_is_that_along_the_vertical(tilt: float) ->
     assert gravity.gain == pytest.approx(1.035, abs=0.003)
 
 
+@pytest.mark.parametrize(("gain", "deviation"), [(1.0, 0.0), (0.93, 0.0), (0.5, 1.68), (2.0, 3.68)])
+def test_an_accelerometer_of_another_scale_is_doubted(gain: float, deviation: float) -> None:
+    gravity = begin_gravity(gain)
+    assert scale_variance(gravity) == pytest.approx(deviation**2)
+    assert 0.9 < factor_of(gravity) < 1.1
+
+
 @pytest.mark.parametrize("force", [1.0, 60.0])
 def test_falls_and_impacts_say_nothing_of_the_gain_of_an_accelerometer(force: float) -> None:
-    assert weighed(begin_gravity(), sample(accel_z=force), LEVEL) == begin_gravity()
+    assert weighed(begin_gravity(1.0), sample(accel_z=force), LEVEL) == begin_gravity(1.0)
 
 
 @pytest.mark.parametrize(("axis", "unsure"), [(0, True), (1, True), (2, False)])

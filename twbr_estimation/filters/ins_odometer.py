@@ -30,6 +30,7 @@ from ..samples import (
     QUIET_RATE,
     CorrectedSample,
     TiltEstimate,
+    gravity_excess,
     is_saturated,
     shows_gravity,
     shows_rest,
@@ -67,7 +68,7 @@ from .inertial.clipping import (
 from .inertial.error_growth import propagated
 from .inertial.error_state import ATTITUDE, DISTANCE, GYRO_BIAS, STATES, VELOCITY, Array
 from .inertial.first_wheel_check import first_checked, once_right, passed_first
-from .inertial.gravity import FeltGravity, begin_gravity, weighed
+from .inertial.gravity import FeltGravity, begin_gravity, factor_of, scale_variance, weighed
 from .inertial.learnt import LearntBefore, begin_memory, remembered, strangeness
 from .inertial.navigation import (
     InertialReading,
@@ -193,6 +194,11 @@ class State(NamedTuple):
 
 def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
     """Continue from `estimate`, at rest; the accelerometer tells the roll."""
+    return _begun(estimate, sample, 1.0, c)
+
+
+def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coefficients) -> State:
+    """Do that with an accelerometer that reads gravity `felt` times."""
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     bias = (0.0, estimate.gyro_bias, 0.0)
     rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
@@ -221,7 +227,7 @@ def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> S
         first_check=begin_check(),
         memory=begin_memory(nav),
         clipping=begin_clipping(sample),
-        gravity=begin_gravity(),
+        gravity=begin_gravity(felt),
         beginning=begin(variance),
         covariance=first_covariance(variance, c),
     )
@@ -287,13 +293,13 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
 
 def _woken(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     """Begin at the first sample that shows gravity: before, a chip wakes up, or a robot falls."""
-    rate, variance = sample.gyro_y - state.gyro_bias, 0.0
+    rate, variance, felt = sample.gyro_y - state.gyro_bias, 0.0, 1.0
     tilt = state.tilt + rate * sample.dt
     if shows_gravity(sample):
         tilt = sample.angle
     elif _stays(state.last.accel, sample):
-        tilt, variance = sample.angle, FIRST_TILT * FIRST_TILT
-    return reset(TiltEstimate(tilt, rate, state.gyro_bias, variance), sample, c)
+        tilt, variance, felt = sample.angle, FIRST_TILT * FIRST_TILT, 1.0 + gravity_excess(sample)
+    return _begun(TiltEstimate(tilt, rate, state.gyro_bias, variance), sample, felt, c)
 
 
 def _stays(felt: Vector, sample: CorrectedSample) -> bool:
@@ -325,7 +331,7 @@ def _adjusted(
             deviation = YAW_SHARE * rate
             variance, clip = deviation * deviation, 0.0
     if sample.wheel_count == 0.0 or state.check.trust.ignored > 0.0:
-        factor = 1.0 / gravity.gain
+        factor = factor_of(gravity)
     if factor == 1.0 and clip == sample.gyro_saturated_z:
         return sample
     return adjusted(sample, rate, variance, clip, factor)
@@ -386,6 +392,7 @@ def _compared(
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
     doubt = share * min(unseen_variance(vertical), beginning.variance)
     doubt += spun_variance(moved.clipping, now.body) + far_away_variance(vertical)
+    doubt += scale_variance(moved.gravity)
     if wheels == 0.0:
         doubt += swayed_variance(vertical)
     elif not sure:
@@ -452,9 +459,8 @@ def _aided(
                 p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    slipping = misleading(moved.check) and not passed_first(moved.first_check)
     falling = abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING
-    keep_gains = still or falling or slipping
+    keep_gains = still or falling or misleading(moved.check)
     compared = aid(
         p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
     )

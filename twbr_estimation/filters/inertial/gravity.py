@@ -12,9 +12,11 @@ from .strapdown import Matrix
 FIRST_TIME, LONGEST_TIME = 5.0, 30.0
 """Times that the first guess, 1, and the mean stand for [s]."""
 LARGEST = 0.08
-"""No calibrated accelerometer is further off."""
+"""No calibrated accelerometer is further off: what is beyond is not made up for, but doubted."""
+DOUBT = 4.0
+"""Standard deviation of the tilt by what is beyond [rad]."""
 FAR_FROM_GRAVITY = 0.5
-"""A specific force further from gravity, as in a fall and its impacts, is left out: what it lacks
+"""A specific force further from that mean, as in a fall and its impacts, is left out: what it lacks
 and what it exceeds rarely come to the same, as impacts go beyond the range and the bandwidth."""
 
 
@@ -27,9 +29,20 @@ class FeltGravity(NamedTuple):
     """Time that the mean stands for [s]."""
 
 
-def begin_gravity() -> FeltGravity:
-    """Begin with an accelerometer that reads gravity right."""
-    return FeltGravity(1.0, FIRST_TIME)
+def begin_gravity(gain: float) -> FeltGravity:
+    """Begin with what the accelerometer seems to make of gravity; 1 where nothing is known."""
+    return FeltGravity(gain, FIRST_TIME)
+
+
+def factor_of(gravity: FeltGravity) -> float:
+    """Return what to multiply specific forces with."""
+    return 1.0 / min(max(gravity.gain, 1.0 - LARGEST), 1.0 + LARGEST)
+
+
+def scale_variance(gravity: FeltGravity) -> float:
+    """Return the variance of the tilt by an accelerometer that is not calibrated [rad^2]."""
+    beyond = DOUBT * max(abs(gravity.gain - 1.0) - LARGEST, 0.0)
+    return beyond * beyond
 
 
 def weighed(gravity: FeltGravity, sample: CorrectedSample, body: Matrix) -> FeltGravity:
@@ -41,9 +54,9 @@ def weighed(gravity: FeltGravity, sample: CorrectedSample, body: Matrix) -> Felt
         body: attitude.
     """
     x, y, z = sample.accel_x, sample.accel_y, sample.accel_z
-    if abs(gravity_excess(sample)) > FAR_FROM_GRAVITY or is_saturated(sample):
+    if abs(gravity_excess(sample) + 1.0 - gravity.gain) > FAR_FROM_GRAVITY or is_saturated(sample):
         return gravity
     up = body[6] * x + body[7] * y + body[8] * z
     time = min(gravity.time + sample.dt, LONGEST_TIME)
     gain = gravity.gain + sample.dt / time * (up / STANDARD_GRAVITY - gravity.gain)
-    return FeltGravity(min(max(gain, 1.0 - LARGEST), 1.0 + LARGEST), time)
+    return FeltGravity(gain, time)

@@ -144,8 +144,13 @@ def proven(check: WheelCheck) -> bool:
 
 
 def misleading(check: WheelCheck) -> bool:
-    """Whether wheels that have been right contradict the accelerometer: they slip."""
-    return check.trust.longest > RIGHT_ONCE and not trustworthy(check)
+    """Whether wheels that have been right slip within their first moments.
+
+    That leads the navigation astray before it knows anything; later it knows better.
+    """
+    trust = check.trust
+    early = trust.total == 0.0 and trust.since < SLOW
+    return early and trust.longest > RIGHT_ONCE and not trustworthy(check)
 
 
 def trustworthy(check: WheelCheck) -> bool:
