@@ -135,6 +135,7 @@ from .inertial.wheel_check import (
     proven,
     restarted,
     trustworthy,
+    were_right,
 )
 from .inertial.wheel_remarks import wheel_remarks
 
@@ -379,7 +380,8 @@ def _compared(
             afresh = restarted_at_beginning(fixed, vertical, beginning, c)
             beginning = unrepaired(beginning)
         else:
-            afresh = restarted_at_vertical(fixed, vertical, p, memory, lost and not biased, off, c)
+            learnt, lost = were_right(check), lost and not biased
+            afresh = restarted_at_vertical(fixed, vertical, p, memory, lost, off, learnt, c)
             beginning = begin(LOST)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)

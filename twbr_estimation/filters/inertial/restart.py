@@ -34,6 +34,9 @@ FAST_VELOCITY = 1.0
 """Standard deviation of the velocity after a gap [m/s]."""
 LOST = 4.0
 """A variance of the attitude that says no more than the next accelerometer reading [rad^2]."""
+LEARNT = 0.1
+"""Share of the first variances of the sensors' errors that remains with what right wheels taught
+before; more was learnt, but perhaps some of it in doubt."""
 BELIEVED = 0.5
 """Share of its attitude's variance that the navigation is granted at rest."""
 AT_REST_OFF = 0.03
@@ -116,6 +119,7 @@ def restarted_at_vertical(
     memory: LearntBefore,
     lost: bool,
     off: bool,
+    learnt: bool,
     c: Coefficients,
 ) -> Restarted:
     """Begin the navigation again.
@@ -127,6 +131,7 @@ def restarted_at_vertical(
         memory: what was learnt before the wheels came into doubt.
         lost: whether a gap hid how it turned; its sensors are as known as before.
         off: whether the vertical contradicts it.
+        learnt: whether it has learnt from right wheels.
         c: coefficients.
     """
     variance, attitude = variance_of(vertical), nav.attitude
@@ -140,7 +145,11 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    return Restarted(afresh, vertical, first_covariance(variance, c))
+    p = first_covariance(variance, c)
+    if learnt:
+        for i in range(GYRO_BIAS, STATES):
+            p[i, i] *= LEARNT
+    return Restarted(afresh, vertical, p)
 
 
 def restarted_at_beginning(

@@ -153,6 +153,11 @@ def misleading(check: WheelCheck) -> bool:
     return early and trust.longest > RIGHT_ONCE and not trustworthy(check)
 
 
+def were_right(check: WheelCheck) -> bool:
+    """Whether the wheels have proven right at any time."""
+    return check.trust.longest > PROVEN
+
+
 def trustworthy(check: WheelCheck) -> bool:
     """Whether nothing speaks against the wheels of late."""
     largest = max(check.slow[1], check.slow[2]) + SMALLEST * SMALLEST
