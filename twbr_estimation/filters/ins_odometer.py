@@ -380,7 +380,7 @@ def _compared(
             afresh = restarted_at_beginning(fixed, vertical, beginning, c)
             beginning = unrepaired(beginning)
         else:
-            learnt, lost = were_right(check), lost and not biased
+            learnt, lost = astray and were_right(check), lost and not biased
             afresh = restarted_at_vertical(fixed, vertical, p, memory, lost, off, learnt, c)
             beginning = begin(LOST)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
