@@ -55,7 +55,17 @@ from .inertial.aiding import (
     wheel_slopes,
     with_correction,
 )
-from .inertial.beginning import Beginning, begin, carried, pulled_away, unrepaired, with_repair
+from .inertial.beginning import (
+    DRIFT,
+    KNOWN_DRIFT,
+    RENEWED,
+    Beginning,
+    begin,
+    carried,
+    pulled_away,
+    unrepaired,
+    with_repair,
+)
 from .inertial.clipping import (
     GAP,
     Clipping,
@@ -67,7 +77,7 @@ from .inertial.clipping import (
 )
 from .inertial.error_growth import propagated
 from .inertial.error_state import ATTITUDE, DISTANCE, GYRO_BIAS, STATES, VELOCITY, Array
-from .inertial.first_wheel_check import first_checked, once_right, passed_first
+from .inertial.first_wheel_check import first_checked, passed_first
 from .inertial.gravity import FeltGravity, begin_gravity, factor_of, scale_variance, weighed
 from .inertial.learnt import LearntBefore, begin_memory, remembered, strangeness
 from .inertial.navigation import (
@@ -189,6 +199,8 @@ class State(NamedTuple):
     clipping: Clipping
     gravity: FeltGravity
     beginning: Beginning
+    successor: Beginning
+    """The beginning that follows while wheels are right."""
     covariance: Array
     """Of the error vector of `error_state`, (26, 26)."""
 
@@ -229,7 +241,8 @@ def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coef
         memory=begin_memory(nav),
         clipping=begin_clipping(sample),
         gravity=begin_gravity(felt),
-        beginning=begin(variance),
+        beginning=begin(variance, DRIFT),
+        successor=begin(variance, DRIFT),
         covariance=first_covariance(variance, c),
     )
 
@@ -284,6 +297,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         clipping=clipping,
         gravity=gravity,
         beginning=carried(state.beginning, unseen, sample.dt),
+        successor=carried(state.successor, unseen, sample.dt),
         covariance=state.covariance,
     )
     was_saturated = state.aiding.saturated > 0.0
@@ -364,7 +378,9 @@ def _compared(
         check = restarted(check)
     strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
     beginning = with_repair(moved.beginning, error, time)
-    pulled = pulled_away(beginning) and not passed_first(moved.first_check)
+    successor = with_repair(moved.successor, error, time)
+    early = not (were_right(check) or passed_first(moved.first_check))
+    pulled = early and pulled_away(beginning)
     off_course = pulled or (off and vertical.age >= MEMORY)
     if wheels > 0.0 and (strange > 1.0 or (off_course and not still)):
         check = condemned(check)
@@ -375,14 +391,15 @@ def _compared(
     if biased:
         memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
     if astray or lost or off or biased:
-        never = not (lost or biased or once_right(moved.first_check))
-        if astray and never and beginning.variance < variance_of(vertical):
-            afresh = restarted_at_beginning(fixed, vertical, beginning, c)
+        learnt = astray and were_right(check)
+        if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
+            afresh = restarted_at_beginning(fixed, vertical, beginning, memory, learnt, c)
             beginning = unrepaired(beginning)
         else:
-            learnt, lost = astray and were_right(check), lost and not biased
+            lost = lost and not biased
             afresh = restarted_at_vertical(fixed, vertical, p, memory, lost, off, learnt, c)
-            beginning = begin(LOST)
+            beginning = begin(LOST, DRIFT)
+        successor = begin(LOST, DRIFT)
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)
     sound = (wheels == 0.0 or trustworthy(check)) and check.trust.doubted == 0.0 and strange < SOUND
@@ -392,7 +409,8 @@ def _compared(
     share = 1.0
     if wheels > 0.0 and sure:
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
-    doubt = share * min(unseen_variance(vertical), beginning.variance)
+    first = LOST if were_right(check) else beginning.variance
+    doubt = share * min(unseen_variance(vertical), first)
     doubt += spun_variance(moved.clipping, now.body) + far_away_variance(vertical)
     doubt += scale_variance(moved.gravity)
     if wheels == 0.0:
@@ -404,6 +422,8 @@ def _compared(
     else:
         doubt += unexplained_variance(moved.stillness, fixed.gyro_bias)
     own = max(aiding.surprise, 1.0) * tilt_variance(p, heading_of(now.body))
+    if were_right(check) and sound and wheels > 0.0 and successor.lasted > RENEWED:
+        beginning, successor = successor, begin(own, KNOWN_DRIFT)
     return State(
         tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
         rate=now.rate[1],
@@ -422,6 +442,7 @@ def _compared(
         clipping=moved.clipping,
         gravity=moved.gravity,
         beginning=beginning,
+        successor=successor,
         covariance=p,
     )
 

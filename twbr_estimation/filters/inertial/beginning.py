@@ -1,7 +1,8 @@
-"""What the first reading and the gyro alone say, while nothing better is known.
+"""Where the navigation began, and what repairs have made of it since.
 
-The navigation is what the first reading began and the gyro carried on, and what was repaired
-since. Undone, the repairs leave a navigation that its wheels have not touched.
+The navigation is what a beginning and the gyro make of it, and what was repaired since by wheels
+and all else. Undone, the repairs leave a navigation that wheels have not touched since then: that
+of the first reading or, once wheels have proven right, of the time when they last were.
 """
 
 from __future__ import annotations
@@ -11,18 +12,23 @@ from typing import NamedTuple
 from ...samples import STANDARD_GRAVITY
 from .error_state import ATTITUDE, VELOCITY, Array
 
-DRIFT = 0.002
-"""Growth of the variance by the first reading: it is soon as well known otherwise [rad^2/s]."""
+DRIFT, KNOWN_DRIFT = 0.002, 2e-5
+"""Growth of the variance by a gyro that was just switched on, and by one whose errors are known
+[rad^2/s]."""
+RENEWED = 1.5
+"""So old is a beginning that the next one follows, while wheels are right [s]."""
 PULLED = 2.5
 """Wheels that have not been right yet are wrong where they turn the navigation away from its
 beginning by so many standard deviations of that."""
 
 
 class Beginning(NamedTuple):
-    """The first reading, and how the navigation was repaired since."""
+    """A navigation some time ago, and how it was repaired since."""
 
     variance: float
-    """Of its tilt, with what the gyro has not seen since [rad^2]."""
+    """Of its tilt then, with what the gyro has not seen since [rad^2]."""
+    drift: float
+    """Growth of that [rad^2/s]."""
     lasted: float
     """Time since then [s]."""
     turned: tuple[float, float]
@@ -31,15 +37,16 @@ class Beginning(NamedTuple):
     """What repairs have added to the velocity, level axes [m/s]."""
 
 
-def begin(variance: float) -> Beginning:
-    """Begin with the variance of the first tilt [rad^2]."""
-    return Beginning(variance, 0.0, (0.0, 0.0), (0.0, 0.0))
+def begin(variance: float, drift: float) -> Beginning:
+    """Begin with the variance of the tilt [rad^2] and its growth [rad^2/s]."""
+    return Beginning(variance, drift, 0.0, (0.0, 0.0), (0.0, 0.0))
 
 
 def carried(beginning: Beginning, unseen: float, dt: float) -> Beginning:
     """Return the beginning `dt` [s] later, in which the gyro missed a variance [rad^2]."""
     return Beginning(
-        beginning.variance + unseen + DRIFT * dt,
+        beginning.variance + unseen + beginning.drift * dt,
+        beginning.drift,
         beginning.lasted + dt,
         beginning.turned,
         beginning.sped,
@@ -52,6 +59,7 @@ def with_repair(beginning: Beginning, error: Array, time: float) -> Beginning:
     push = STANDARD_GRAVITY * time
     return Beginning(
         beginning.variance,
+        beginning.drift,
         beginning.lasted,
         (x + error[ATTITUDE], y + error[ATTITUDE + 1]),
         (ahead + error[VELOCITY] + push * y, aside + error[VELOCITY + 1] - push * x),
@@ -60,7 +68,8 @@ def with_repair(beginning: Beginning, error: Array, time: float) -> Beginning:
 
 def unrepaired(beginning: Beginning) -> Beginning:
     """Return the beginning of a navigation whose repairs were undone."""
-    return Beginning(beginning.variance, beginning.lasted, (0.0, 0.0), (0.0, 0.0))
+    none = (0.0, 0.0)
+    return Beginning(beginning.variance, beginning.drift, beginning.lasted, none, none)
 
 
 def pulled_away(beginning: Beginning) -> bool:

@@ -69,12 +69,7 @@ def first_checked(
 
 def passed_first(check: WheelCheck) -> bool:
     """Whether the first comparison has ended."""
-    return once_right(check) or check.trust.ignored > 0.0
-
-
-def once_right(check: WheelCheck) -> bool:
-    """Whether it has ended with wheels that were right."""
-    return check.trust.proven > PASSED
+    return check.trust.proven > PASSED or check.trust.ignored > 0.0
 
 
 def _judged_first(check: WheelCheck, least: float, dt: float) -> WheelCheck:

@@ -95,6 +95,15 @@ def first_covariance(tilt: float, c: Coefficients) -> Array:
     return p
 
 
+def next_covariance(tilt: float, learnt: bool, c: Coefficients) -> Array:
+    """Return that of one that begins again, perhaps after it has learnt from right wheels."""
+    p = first_covariance(tilt, c)
+    if learnt:
+        for i in range(GYRO_BIAS, STATES):
+            p[i, i] *= LEARNT
+    return p
+
+
 def contradicted(vertical: Vertical, p: Array, still: bool) -> bool:
     """Whether the navigation is to begin again from the vertical.
 
@@ -145,30 +154,33 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    p = first_covariance(variance, c)
-    if learnt:
-        for i in range(GYRO_BIAS, STATES):
-            p[i, i] *= LEARNT
-    return Restarted(afresh, vertical, p)
+    return Restarted(afresh, vertical, next_covariance(variance, learnt, c))
 
 
 def restarted_at_beginning(
-    nav: Navigation, vertical: Vertical, beginning: Beginning, c: Coefficients
+    nav: Navigation,
+    vertical: Vertical,
+    beginning: Beginning,
+    memory: LearntBefore,
+    learnt: bool,
+    c: Coefficients,
 ) -> Restarted:
     """Begin the navigation again where the first reading and the gyro alone have it.
 
     Args:
         nav: as it is.
         vertical: as gyro and accelerometer have it.
-        beginning: the first reading, and the repairs since.
+        beginning: of the navigation, and the repairs since.
+        memory: what was learnt before the wheels came into doubt.
+        learnt: whether it has learnt from right wheels.
         c: coefficients.
     """
     (x, y), (ahead, aside) = beginning.turned, beginning.sped
     turn, variance = (-x, -y, 0.0), beginning.variance
     attitude = product(rotation_of(turn), nav.attitude)
     velocity = nav.velocity[0] - ahead, nav.velocity[1] - aside, 0.0
-    afresh = begin_navigation(attitude, vertical.bias, velocity)
-    p, push = first_covariance(variance, c), STANDARD_GRAVITY * beginning.lasted
+    afresh = recalled(begin_navigation(attitude, vertical.bias, velocity), memory.older)
+    p, push = next_covariance(variance, learnt, c), STANDARD_GRAVITY * beginning.lasted
     for axis, other, gain in ((0, 1, push), (1, 0, -push)):
         p[VELOCITY + axis, VELOCITY + axis] += gain * gain * variance
         p[VELOCITY + axis, ATTITUDE + other] = gain * variance
