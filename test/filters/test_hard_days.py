@@ -46,6 +46,7 @@ def errors(name: str, made: Day, track: CorrectedTrack) -> tuple[FloatArray, Flo
 @pytest.mark.parametrize(
     "name",
     [
+        "carried, wheels stand",
         "carried, one encoder",
         "carried, wheels run",
         "lifted 2 s, wheels run",

@@ -9,6 +9,13 @@ import pytest
 
 from twbr_estimation.filters import filter_named
 from twbr_estimation.filters.inertial.aiding import whole_turns_less
+from twbr_estimation.filters.inertial.beginning import (
+    begin,
+    carried,
+    pulled_away,
+    unrepaired,
+    with_repair,
+)
 from twbr_estimation.filters.inertial.clipping import (
     begin_clipping,
     clipped,
@@ -16,6 +23,7 @@ from twbr_estimation.filters.inertial.clipping import (
     spun_variance,
     unseen_turn,
 )
+from twbr_estimation.filters.inertial.error_state import ATTITUDE, STATES, VELOCITY
 from twbr_estimation.filters.inertial.first_wheel_check import first_checked, passed_first
 from twbr_estimation.filters.inertial.gravity import (
     begin_gravity,
@@ -166,6 +174,21 @@ def test_an_accelerometer_of_another_scale_is_doubted(gain: float, deviation: fl
 @pytest.mark.parametrize("force", [1.0, 60.0])
 def test_falls_and_impacts_say_nothing_of_the_gain_of_an_accelerometer(force: float) -> None:
     assert weighed(begin_gravity(1.0), sample(accel_z=force), LEVEL) == begin_gravity(1.0)
+
+
+def test_repairs_of_a_beginning_are_a_turn_and_what_gravity_makes_of_it() -> None:
+    """A tilt that is taken away for a second makes a velocity of g times it."""
+    error, beginning = np.zeros(STATES), begin(0.01, 1e-3)
+    error[ATTITUDE + 1], error[VELOCITY] = 0.02, 0.3
+    beginning = with_repair(beginning, error, 0.0)
+    for _ in range(round(1.0 / DT)):
+        beginning = with_repair(carried(beginning, 0.0, DT), np.zeros(STATES), DT)
+    assert beginning.turned == pytest.approx((0.0, 0.02))
+    assert beginning.sped == pytest.approx((0.3 + 0.02 * STANDARD_GRAVITY, 0.0))
+    assert beginning.variance == pytest.approx(0.011)
+    assert not pulled_away(beginning)
+    assert pulled_away(with_repair(beginning, 13.0 * error, DT))
+    assert unrepaired(beginning).turned == unrepaired(beginning).sped == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("axis", "unsure"), [(0, True), (1, True), (2, False)])

@@ -6,8 +6,9 @@ encoder, and position and sideways motion with what a balancing robot can do; fr
 differences it learns the errors of attitude, gyro (bias and gain) and accelerometer.
 The gyro's own delay is compensated at the end: the estimate is where the last rate has led to.
 Wheels are checked at every sample (`wheel_check`); while they contradict the accelerometer they
-are ignored, and the navigation begins again from a vertical that has never seen them
-(`vertical`) where it contradicts that, with what it had learnt before. They are ignored as well
+are ignored, and the navigation begins again without what they have repaired since they were last
+right, or since the first reading (`beginning`); after a fall, from a vertical that has never seen
+them (`vertical`); with what it had learnt before. They are ignored as well
 where they led the navigation away from that vertical, or made it learn errors of the sensors that
 no calibration leaves (`learnt`). Until wheels have been right for the first time they are compared
 with the accelerometer by that vertical, too (`first_wheel_check`). A body that lies still is
@@ -379,7 +380,10 @@ def _compared(
     strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
     beginning = with_repair(moved.beginning, error, time)
     successor = with_repair(moved.successor, error, time)
-    early = not (were_right(check) or passed_first(moved.first_check))
+    falling, known = _falls(moved), were_right(check)
+    if known and (falling or moved.aiding.calm < time):  # too much for the gyro alone
+        beginning = successor = begin(LOST, DRIFT)
+    early = not (known or passed_first(moved.first_check))
     pulled = early and pulled_away(beginning)
     off_course = pulled or (off and vertical.age >= MEMORY)
     if wheels > 0.0 and (strange > 1.0 or (off_course and not still)):
@@ -391,7 +395,7 @@ def _compared(
     if biased:
         memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
     if astray or lost or off or biased:
-        learnt = astray and were_right(check)
+        learnt = astray and known and not falling
         if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
             afresh = restarted_at_beginning(fixed, vertical, beginning, memory, learnt, c)
             beginning = unrepaired(beginning)
@@ -409,7 +413,7 @@ def _compared(
     share = 1.0
     if wheels > 0.0 and sure:
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
-    first = LOST if were_right(check) else beginning.variance
+    first = LOST if known else beginning.variance
     doubt = share * min(unseen_variance(vertical), first)
     doubt += spun_variance(moved.clipping, now.body) + far_away_variance(vertical)
     doubt += scale_variance(moved.gravity)
@@ -422,7 +426,7 @@ def _compared(
     else:
         doubt += unexplained_variance(moved.stillness, fixed.gyro_bias)
     own = max(aiding.surprise, 1.0) * tilt_variance(p, heading_of(now.body))
-    if were_right(check) and sound and wheels > 0.0 and successor.lasted > RENEWED:
+    if known and sound and wheels > 0.0 and successor.lasted > RENEWED:
         beginning, successor = successor, begin(own, KNOWN_DRIFT)
     return State(
         tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
@@ -445,6 +449,11 @@ def _compared(
         successor=successor,
         covariance=p,
     )
+
+
+def _falls(state: State) -> bool:
+    """Whether the robot falls or lies, so that its wheels slip and tell nothing of its sensors."""
+    return abs(state.tilt) > LYING or abs(state.last.rate[1]) > FALLING
 
 
 def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coefficients) -> Array:
@@ -482,8 +491,7 @@ def _aided(
                 p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
     if aiding.saturated > 0.0:
         estimate_excess(p, error, nav, sample)
-    falling = abs(moved.tilt) > LYING or abs(now.rate[1]) > FALLING
-    keep_gains = still or falling or misleading(moved.check)
+    keep_gains = still or _falls(moved) or misleading(moved.check)
     compared = aid(
         p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
     )
