@@ -23,7 +23,7 @@ from twbr_estimation.filters.inertial.clipping import (
     spun_variance,
     unseen_turn,
 )
-from twbr_estimation.filters.inertial.error_state import ATTITUDE, STATES, VELOCITY
+from twbr_estimation.filters.inertial.error_state import ATTITUDE, GYRO_GAIN, STATES, VELOCITY
 from twbr_estimation.filters.inertial.first_wheel_check import first_checked, passed_first
 from twbr_estimation.filters.inertial.gravity import (
     begin_gravity,
@@ -40,7 +40,11 @@ from twbr_estimation.filters.inertial.learnt import (
 )
 from twbr_estimation.filters.inertial.navigation import Navigation, read
 from twbr_estimation.filters.inertial.parameters import Parameters, derive
-from twbr_estimation.filters.inertial.restart import begin_navigation
+from twbr_estimation.filters.inertial.restart import (
+    begin_navigation,
+    first_covariance,
+    next_covariance,
+)
 from twbr_estimation.filters.inertial.stillness import begin_stillness, is_still, noticed
 from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
 from twbr_estimation.filters.inertial.vertical import (
@@ -174,6 +178,15 @@ def test_an_accelerometer_of_another_scale_is_doubted(gain: float, deviation: fl
 @pytest.mark.parametrize("force", [1.0, 60.0])
 def test_falls_and_impacts_say_nothing_of_the_gain_of_an_accelerometer(force: float) -> None:
     assert weighed(begin_gravity(1.0), sample(accel_z=force), LEVEL) == begin_gravity(1.0)
+
+
+def test_what_right_wheels_taught_is_kept_but_a_bias_may_have_drifted() -> None:
+    c = derive(Parameters(), Robot())
+    first, following = first_covariance(0.01, c), next_covariance(0.01, True, c)
+    assert np.array_equal(next_covariance(0.01, False, c), first)
+    assert np.array_equal(following[:GYRO_GAIN, :GYRO_GAIN], first[:GYRO_GAIN, :GYRO_GAIN])
+    taught = np.diag(following)[GYRO_GAIN:] / np.maximum(np.diag(first)[GYRO_GAIN:], 1e-12)
+    assert np.all(taught < 0.2)
 
 
 def test_repairs_of_a_beginning_are_a_turn_and_what_gravity_makes_of_it() -> None:

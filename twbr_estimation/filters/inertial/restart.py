@@ -36,7 +36,7 @@ LOST = 4.0
 """A variance of the attitude that says no more than the next accelerometer reading [rad^2]."""
 LEARNT = 0.1
 """Share of the first variances of the sensors' errors that remains with what right wheels taught
-before; more was learnt, but perhaps some of it in doubt."""
+before; more was learnt, but perhaps some of it in doubt. A bias of the gyro may have drifted."""
 BELIEVED = 0.5
 """Share of its attitude's variance that the navigation is granted at rest."""
 AT_REST_OFF = 0.03
@@ -99,7 +99,7 @@ def next_covariance(tilt: float, learnt: bool, c: Coefficients) -> Array:
     """Return that of one that begins again, perhaps after it has learnt from right wheels."""
     p = first_covariance(tilt, c)
     if learnt:
-        for i in range(GYRO_BIAS, STATES):
+        for i in range(GYRO_GAIN, STATES):
             p[i, i] *= LEARNT
     return p
 
