@@ -6,7 +6,7 @@ Each function takes in scalar measurements; arrays are changed in place.
 import math
 from typing import NamedTuple
 
-from ...samples import CorrectedSample, is_saturated, wrapped
+from ...samples import CorrectedSample, is_saturated, is_silent, wrapped
 from .error_state import (
     ATTITUDE,
     DISTANCE,
@@ -46,8 +46,6 @@ SIDE_SLIP = 0.1
 """Standard deviation of the axle's sideways velocity on two wheels [m/s]."""
 EXCESS_MEAN = 0.8
 """Usual tilt rate beyond the gyro's range while it is saturated [rad/s]."""
-SMALLEST_RANGE = 1.0
-"""No gyro's range ends below: a smaller reading that counts as saturated tells no side [rad/s]."""
 EXCESS_SPREAD = 4.0
 """Standard deviation of that rate [rad/s]."""
 EXCESS_TIME = 0.05
@@ -430,7 +428,7 @@ def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample
 
 def _side(sample: CorrectedSample) -> float:
     """Return on which side a saturated tilt rate is, 1 or -1; 0 where the chip was silent."""
-    return math.copysign(1.0, sample.gyro_y) if abs(sample.gyro_y) > SMALLEST_RANGE else 0.0
+    return 0.0 if is_silent(sample) else math.copysign(1.0, sample.gyro_y)
 
 
 def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:

@@ -14,7 +14,7 @@ FIRST_TIME, LONGEST_TIME = 5.0, 30.0
 LARGEST = 0.08
 """No calibrated accelerometer is further off: what is beyond is not made up for, but doubted."""
 DOUBT = 4.0
-"""Standard deviation of the tilt by what is beyond [rad]."""
+"""Standard deviation of the tilt per share beyond [rad]."""
 FAR_FROM_GRAVITY = 0.5
 """A specific force further from that mean, as in a fall and its impacts, is left out: what it lacks
 and what it exceeds rarely come to the same, as impacts go beyond the range and the bandwidth."""

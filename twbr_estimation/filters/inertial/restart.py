@@ -131,7 +131,7 @@ def restarted_at_vertical(
     learnt: bool,
     c: Coefficients,
 ) -> Restarted:
-    """Begin the navigation again.
+    """Begin the navigation again at the vertical, or near it with its variance.
 
     Args:
         nav: as it is.
@@ -165,7 +165,7 @@ def restarted_at_beginning(
     learnt: bool,
     c: Coefficients,
 ) -> Restarted:
-    """Begin the navigation again where the first reading and the gyro alone have it.
+    """Begin the navigation again where its beginning and the gyro alone have it.
 
     Args:
         nav: as it is.
