@@ -55,6 +55,8 @@ def transition(nav: Navigation, now: InertialReading, window: Window, c: Coeffic
     w[0, DISTANCE], w[1, DISTANCE] = time * forward, time * left
     w[2, DISTANCE] = time * (nav.velocity[1] * forward - nav.velocity[0] * left)
     w[3, DISTANCE] = -time * (nav.velocity[0] * forward + nav.velocity[1] * left)
+    fall = 0.5 * time * push[2]  # a tilted navigation gains velocity within the window, too
+    w[5, DISTANCE], w[6, DISTANCE] = -fall * left, fall * forward
     yaw = body[6] * turn[0] + body[7] * turn[1] + body[8] * turn[2]
     w[4, DISTANCE] = yaw * (body[4] * forward - body[1] * left)
     return w

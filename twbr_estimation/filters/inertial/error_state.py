@@ -40,6 +40,7 @@ def _sources() -> NDArray[np.int64]:
     rows[VELOCITY : VELOCITY + 3] = [*attitude, *accel, BEND, BEND + 1]
     rows[POSITION : POSITION + 3, :2] = [[POSITION + i, VELOCITY + i] for i in range(3)]
     rows[DISTANCE, :5] = VELOCITY, VELOCITY + 1, ATTITUDE + 2, WHEEL_RADIUS, LEVER_LEFT
+    rows[DISTANCE, 5:7] = ATTITUDE, ATTITUDE + 1
     return np.ascontiguousarray(rows.T)
 
 
