@@ -88,8 +88,8 @@ from .inertial.navigation import (
     empty_window,
     extend,
     faded,
-    gyro_saturated,
     integrate,
+    rate_beyond,
     read,
     repaired,
     share_kept,
@@ -302,8 +302,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         successor=carried(state.successor, unseen, sample.dt),
         covariance=state.covariance,
     )
-    was_saturated = state.aiding.saturated > 0.0
-    if moved.window.time < PERIOD and was_saturated == gyro_saturated(sample):
+    if moved.window.time < PERIOD and nav.exceeded == rate_beyond(sample):
         return moved
     return _compared(moved, unseen, still, sample, c)
 
@@ -373,8 +372,8 @@ def _compared(
     wheels = usable_wheels(moved.aiding, sample) if believed(check) and not racing else 0.0
     aiding = _aided(p, error, moved, wheels, still, sample, c)
     fixed = repaired(nav, error)
-    excess = drifted_excess(p, fixed.excess, time, sample)
-    fixed = faded(fixed, share_kept(time, c.accel_bias_time), excess)
+    excess, keep = drifted_excess(p, fixed, time, sample), share_kept(time, c.accel_bias_time)
+    fixed = faded(fixed, keep, excess, rate_beyond(sample))
     vertical = with_axes_turned(moved.vertical, (error[0], error[1], error[2]))
     if error[0] * error[0] + error[1] * error[1] > JUMP * JUMP:
         check = restarted(check)
@@ -416,10 +415,9 @@ def _compared(
         share = UNSEEN_PROVEN if right else UNSEEN_WITH_WHEELS
     first = LOST if known else beginning.variance
     doubt = share * min(unseen_variance(vertical), first)
-    doubt += spun_variance(moved.clipping, now.body) + far_away_variance(vertical)
-    doubt += scale_variance(moved.gravity)
+    doubt += far_away_variance(vertical) + scale_variance(moved.gravity)
     if wheels == 0.0:
-        doubt += swayed_variance(vertical)
+        doubt += swayed_variance(vertical) + spun_variance(moved.clipping, now.body)
     elif not sure:
         doubt += off_level(vertical)
     if still:
@@ -490,7 +488,7 @@ def _aided(
         if moved.check.trust.total > 0.0:
             for i in range(2):
                 p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
-    if aiding.saturated > 0.0:
+    if nav.exceeded > 0.0:
         estimate_excess(p, error, nav, sample)
     keep_gains = still or _falls(moved) or misleading(moved.check)
     compared = aid(

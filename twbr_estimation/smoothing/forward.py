@@ -9,13 +9,11 @@ as a state that begins afresh has no way back; and everything that the backward 
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..filters.inertial.aiding import (
-    EXCESS_TIME,
     FIRST_DISTANCE,
     ROOM_PERIOD,
     Aiding,
@@ -23,6 +21,8 @@ from ..filters.inertial.aiding import (
     beyond_gate,
     drifted_excess,
     estimate_excess,
+    excess_kept,
+    observe_level,
     observe_room,
     observe_side,
     rolled_distance,
@@ -41,13 +41,15 @@ from ..filters.inertial.error_state import (
     observe,
 )
 from ..filters.inertial.navigation import (
+    YAW_RATE,
     InertialReading,
     Navigation,
     Window,
     empty_window,
     extend,
-    gyro_saturated,
+    faded,
     integrate,
+    rate_beyond,
     read,
     repaired,
     share_kept,
@@ -120,11 +122,11 @@ def advance(
     Returns:
         The state, whose window is empty where one ended, and the attitude before measurements.
     """
-    last, was_saturated = state.last, state.aiding.saturated > 0.0
+    last = state.last
     nav, now = integrate(state.navigation, last, sample, c.geometry.lever, c.room_time)
     window = extend(state.window, last, now, sample)
     aiding = watched(state.aiding, sample)
-    if window.time < PERIOD and was_saturated == gyro_saturated(sample):
+    if window.time < PERIOD and nav.exceeded == rate_beyond(sample):
         waiting = Pass(nav, now, window, aiding, state.covariance, state.excess_kept)
         return waiting, nav.attitude
     compared = _compared(state, nav, now, window, aiding, sample, c, tape, k)
@@ -154,7 +156,6 @@ def _compared(
     _observed(p, error, nav, now, sample, aiding, c)
     tape.posterior[k], tape.found[k] = p, error
     fixed = _carried(p, repaired(nav, error), window.time, sample, c)
-    saturated = gyro_saturated(sample)
     return Pass(
         fixed,
         read(fixed, now.rate, sample),
@@ -162,7 +163,6 @@ def _compared(
         Aiding(
             aiding.calm,
             0.0 if aiding.unchecked >= ROOM_PERIOD else aiding.unchecked,
-            1.0 if saturated else 0.0,
             sample.wheel_count,
             0.0,
             1.0,
@@ -171,7 +171,7 @@ def _compared(
             aiding.drifting,
         ),
         p,
-        math.exp(-window.time / EXCESS_TIME) if saturated else 0.0,
+        excess_kept(window.time, fixed.exceeded) if fixed.exceeded > 0.0 else 0.0,
     )
 
 
@@ -179,12 +179,8 @@ def _carried(
     p: Array, nav: Navigation, time: float, sample: CorrectedSample, c: Coefficients
 ) -> Navigation:
     """Let the accelerometer's bias fade and the rate beyond the range change over a window."""
-    change = np.zeros(STATES)
-    keep = share_kept(time, c.accel_bias_time)
-    for i in range(3):
-        change[ACCEL_BIAS + i] = (keep - 1.0) * nav.accel_bias[i]
-    change[EXCESS] = drifted_excess(p, nav.excess, time, sample) - nav.excess
-    return repaired(nav, change)
+    excess, keep = drifted_excess(p, nav, time, sample), share_kept(time, c.accel_bias_time)
+    return faded(nav, keep, excess, rate_beyond(sample))
 
 
 def _opened(
@@ -229,15 +225,18 @@ def _observed(
     c: Coefficients,
 ) -> None:
     """Compare with everything that is known at this sample."""
-    if aiding.saturated > 0.0:
+    if nav.exceeded > 0.0:
         estimate_excess(p, error, nav, sample)
     if sample.wheel_count > 0.0:
         geometry = c.geometry
         residual = rolled_distance(nav, now, sample, geometry) - nav.distance
         noise = geometry.wheel_noise * geometry.wheel_noise
         observe(p, error, wheel_slopes(nav, now, geometry), residual, noise, 1.0, 1.0)
-    if sample.wheel_count > 1.5:
+    spins = nav.exceeded == YAW_RATE and sample.wheel_count > 0.0
+    if sample.wheel_count > 1.5 or spins:
         observe_side(p, error, nav, now, 1.0, 1.0, c.geometry)
+    if spins:
+        observe_level(p, error, now, 1.0, 1.0)
     if aiding.unchecked >= ROOM_PERIOD:
         observe_room(p, error, nav, now, sample.wheel_count, 1.0, 1.0, c.geometry)
 

@@ -22,7 +22,7 @@ from .error_state import (
     observe,
     scatter_of,
 )
-from .navigation import InertialReading, Navigation, gyro_saturated
+from .navigation import TILT_RATE, YAW_RATE, InertialReading, Navigation, rate_beyond
 from .stillness import STILL_AFTER
 from .strapdown import Vector, cross, heading_of, rotated, tilt_of
 
@@ -50,6 +50,10 @@ EXCESS_SPREAD = 4.0
 """Standard deviation of that rate [rad/s]."""
 EXCESS_TIME = 0.05
 """Time over which it changes [s]."""
+SPIN_MEAN, SPIN_SPREAD, SPIN_TIME = 2.0, 4.0, 2.0
+"""The same of the yaw rate, which lasts: mean [rad/s], standard deviation [rad/s], time [s]."""
+LEVEL_ACROSS = 0.07
+"""Standard deviation of the lean to the side of a robot on its wheels [rad]."""
 EXCESS_END = 0.3
 """How well it is known to be zero at the end, and never below zero [rad/s]."""
 
@@ -98,8 +102,6 @@ class Aiding(NamedTuple):
     """Time since the last saturation, or since the navigation began [s]."""
     unchecked: float
     """Time since the last comparison with the room [s]."""
-    saturated: float
-    """1 while the gyro is saturated, else 0."""
     wheels: float
     """Wheel encoders that were used at the last update."""
     slipping: float
@@ -119,7 +121,6 @@ def begin_aiding(sample: CorrectedSample) -> Aiding:
     return Aiding(
         calm=0.0,
         unchecked=0.0,
-        saturated=0.0,
         wheels=0.0,
         slipping=0.0,
         surprise=1.0,
@@ -168,19 +169,20 @@ def aid(
             slipping = aiding.slipping + time
             if may_slip:
                 square = SLIP_GATE * SLIP_GATE
-    if wheels > 1.5:
+    spins = nav.exceeded == YAW_RATE and wheels > 0.0 and not keep_gains
+    if wheels > 1.5 or spins:
         observe_side(p, error, nav, now, slow, gains, geometry)
+    if spins:
+        observe_level(p, error, now, slow, gains)
     unchecked = aiding.unchecked
     if unchecked >= ROOM_PERIOD:
         observe_room(p, error, nav, now, wheels, slow, gains, geometry)
         unchecked = 0.0
-    saturated = 1.0 if gyro_saturated(sample) else 0.0
     share = min(time / SURPRISE_TIME, 1.0)
     surprise = aiding.surprise + share * (square - aiding.surprise)
     return Aiding(
         calm=aiding.calm,
         unchecked=unchecked,
-        saturated=saturated,
         wheels=wheels,
         slipping=slipping,
         surprise=surprise,
@@ -202,7 +204,6 @@ def with_correction(aiding: Aiding, correction: float, time: float) -> Aiding:
     return Aiding(
         calm=aiding.calm,
         unchecked=aiding.unchecked,
-        saturated=aiding.saturated,
         wheels=aiding.wheels,
         slipping=aiding.slipping,
         surprise=aiding.surprise,
@@ -327,7 +328,7 @@ def observe_side(
     gains: float,
     geometry: Geometry,
 ) -> None:
-    """Two wheels on the ground do not move sideways."""
+    """Wheels on the ground do not move sideways."""
     m = now.body
     forward, left = heading_of(m)
     swing = rotated(m, cross(now.rate, lever_of(nav, geometry)))
@@ -337,6 +338,16 @@ def observe_side(
         (-(x * forward + y * left), -left, forward, 0.0),
     )
     observe(p, error, h, x * left - y * forward, SIDE_SLIP * SIDE_SLIP, slow, gains)
+
+
+def observe_level(p: Array, error: Array, now: InertialReading, slow: float, gains: float) -> None:
+    """A robot on its wheels is about level across.
+
+    While it spins beyond the gyro's range, that and the tilt show how fast.
+    """
+    m = now.body
+    h = Slopes((ATTITUDE, ATTITUDE + 1, ATTITUDE, ATTITUDE), (m[4], -m[1], 0.0, 0.0))
+    observe(p, error, h, -m[7], LEVEL_ACROSS * LEVEL_ACROSS, slow, gains)
 
 
 def observe_room(
@@ -410,25 +421,37 @@ def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSa
 
     One-sided knowledge is used where the estimate contradicts it.
     """
-    if nav.excess * _side(sample) < 0.0 or not gyro_saturated(sample):
+    if nav.excess * _side(sample) < 0.0 or rate_beyond(sample) != nav.exceeded:
         h = Slopes((EXCESS, EXCESS, EXCESS, EXCESS), (1.0, 0.0, 0.0, 0.0))
         observe(p, error, h, -nav.excess, EXCESS_END * EXCESS_END, 0.0, 0.0)
 
 
-def drifted_excess(p: Array, excess: float, time: float, sample: CorrectedSample) -> float:
+def drifted_excess(p: Array, nav: Navigation, time: float, sample: CorrectedSample) -> float:
     """Let the rate beyond the range change over a window; zero outside saturation."""
-    if not gyro_saturated(sample):
+    beyond = rate_beyond(sample)
+    if beyond == 0.0 or nav.exceeded != beyond:
         forget(p, EXCESS, 0.0)
+    if beyond == 0.0:
         return 0.0
-    keep = math.exp(-time / EXCESS_TIME)
+    before = nav.excess if nav.exceeded == beyond else 0.0
+    spins, keep = beyond == YAW_RATE, excess_kept(time, beyond)
+    mean, spread = (SPIN_MEAN, SPIN_SPREAD) if spins else (EXCESS_MEAN, EXCESS_SPREAD)
     fade(p, EXCESS, EXCESS + 1, keep)
-    p[EXCESS, EXCESS] += EXCESS_SPREAD * EXCESS_SPREAD * (1.0 - keep * keep)
-    return keep * excess + (1.0 - keep) * EXCESS_MEAN * _side(sample)
+    p[EXCESS, EXCESS] += spread * spread * (1.0 - keep * keep)
+    return keep * before + (1.0 - keep) * mean * _side(sample)
+
+
+def excess_kept(time: float, beyond: float) -> float:
+    """Return which share of a rate beyond the range outlives a window of some time [s]."""
+    return math.exp(-time / (SPIN_TIME if beyond == YAW_RATE else EXCESS_TIME))
 
 
 def _side(sample: CorrectedSample) -> float:
-    """Return on which side a saturated tilt rate is, 1 or -1; 0 where the chip was silent."""
-    return 0.0 if is_silent(sample) else math.copysign(1.0, sample.gyro_y)
+    """Return on which side a saturated rate is, 1 or -1; 0 where the chip was silent."""
+    if is_silent(sample):
+        return 0.0
+    tilts = rate_beyond(sample) == TILT_RATE
+    return math.copysign(1.0, sample.gyro_y if tilts else sample.gyro_z)
 
 
 def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
@@ -440,7 +463,6 @@ def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
     return Aiding(
         calm=calm,
         unchecked=aiding.unchecked + sample.dt,
-        saturated=aiding.saturated,
         wheels=aiding.wheels,
         slipping=aiding.slipping,
         surprise=aiding.surprise,

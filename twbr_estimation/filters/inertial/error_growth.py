@@ -36,6 +36,7 @@ def transition(nav: Navigation, now: InertialReading, window: Window, c: Coeffic
         The entries of the transition matrix, less the identity, at `SOURCES`, (8, 10).
     """
     time, body, turn, push = window.time, now.body, window.turn, window.push
+    tilting, turning = window.exceeded
     forward, left = heading_of(body)
     leak = min(time / c.room_time, 1.0)
     w = np.zeros(SOURCES.shape)
@@ -44,7 +45,7 @@ def transition(nav: Navigation, now: InertialReading, window: Window, c: Coeffic
         to = ATTITUDE + i
         w[0, to], w[1, to], w[2, to] = -time * x, -time * y, -time * z
         w[3, to], w[4, to], w[5, to] = turn[0] * x, turn[1] * y, turn[2] * z
-        w[6, to], w[7, to] = window.saturated * y, turn[2] * x
+        w[6, to], w[7, to] = tilting * y + turning * z, turn[2] * x
         to = VELOCITY + i
         w[3, to], w[4, to], w[5, to] = -time * x, -time * y, -time * z
         w[6, to], w[7, to] = -window.bend[0] * x, -window.bend[1] * x

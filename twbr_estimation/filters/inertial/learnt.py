@@ -90,6 +90,7 @@ def recalled(nav: Navigation, learnt: Learnt) -> Navigation:
         gyro_gain=learnt.gyro_gain,
         accel_bias=learnt.accel_bias,
         excess=nav.excess,
+        exceeded=nav.exceeded,
         lever_up=learnt.lever_up,
         wheel_radius=learnt.wheel_radius,
         gyro_cross=learnt.gyro_cross,

@@ -45,6 +45,8 @@ SHOCK = 1.0
 JUMP = 0.25
 """Variance of the mean between two samples per square of their difference; a jump at an
 unknown instant alone gives 1/12."""
+TILT_RATE, YAW_RATE = 1.0, 2.0
+"""The rates of which what is beyond the gyro's range is estimated."""
 BEND_AT = 2.0
 """Forward reading at which the accelerometer's bend is stated [m/s^2]."""
 
@@ -66,7 +68,9 @@ class Navigation(NamedTuple):
     """What to add to 1 before a calibrated rate is multiplied by it."""
     accel_bias: Vector
     excess: float
-    """Tilt rate beyond the gyro's range while it is saturated [rad/s]."""
+    """Rate beyond the gyro's range [rad/s]."""
+    exceeded: float
+    """Which rate that is, `TILT_RATE` or `YAW_RATE`; 0 while both are within the range."""
     lever_up: float
     """What to add to the height of the lever arm [m]."""
     wheel_radius: float
@@ -101,8 +105,8 @@ class Window(NamedTuple):
 
     time: float
     """Length [s]."""
-    saturated: float
-    """Time during which the gyro was saturated [s]."""
+    exceeded: tuple[float, float]
+    """Time during which the excess was of the tilt rate, and of the yaw rate [s]."""
     turn: Vector
     """Integral of the gyro's reading, body axes [rad]."""
     push: Vector
@@ -117,12 +121,19 @@ class Window(NamedTuple):
 
 def empty_window() -> Window:
     """Return a window without samples."""
-    return Window(0.0, 0.0, _ZEROS, _ZEROS, (0.0, 0.0), _ZEROS, _ZEROS)
+    return Window(0.0, (0.0, 0.0), _ZEROS, _ZEROS, (0.0, 0.0), _ZEROS, _ZEROS)
 
 
 def gyro_saturated(sample: CorrectedSample) -> bool:
     """Whether the tilt rate was beyond the gyro's range."""
     return sample.gyro_saturated_y > 0.0
+
+
+def rate_beyond(sample: CorrectedSample) -> float:
+    """Return which rate an excess is of: the tilt's, else the yaw's; 0 within the gyro's range."""
+    if gyro_saturated(sample):
+        return TILT_RATE
+    return YAW_RATE if sample.gyro_saturated_z > 0.0 else 0.0
 
 
 def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> InertialReading:
@@ -150,11 +161,16 @@ def bend_shares(forward: float) -> tuple[float, float]:
 def body_rate(nav: Navigation, sample: CorrectedSample) -> Vector:
     """Return the angular rate freed of the estimated errors [rad/s]."""
     gain, bias = nav.gyro_gain, nav.gyro_bias
-    excess = nav.excess if gyro_saturated(sample) else 0.0
+    beyond, tilting, turning = rate_beyond(sample), 0.0, 0.0
+    if beyond == nav.exceeded:
+        if beyond == TILT_RATE:
+            tilting = nav.excess
+        elif beyond == YAW_RATE:
+            turning = nav.excess
     return (
         (1.0 + gain[0]) * sample.gyro_x - bias[0] + nav.gyro_cross * sample.gyro_z,
-        (1.0 + gain[1]) * sample.gyro_y - bias[1] + excess,
-        (1.0 + gain[2]) * sample.gyro_z - bias[2],
+        (1.0 + gain[1]) * sample.gyro_y - bias[1] + tilting,
+        (1.0 + gain[2]) * sample.gyro_z - bias[2] + turning,
     )
 
 
@@ -194,6 +210,7 @@ def integrate(
         nav.gyro_gain,
         nav.accel_bias,
         nav.excess,
+        nav.exceeded,
         nav.lever_up,
         nav.wheel_radius,
         nav.gyro_cross,
@@ -208,24 +225,26 @@ def extend(
 ) -> Window:
     """Add one sample to the window."""
     dt, force, gyro, was = sample.dt, now.force, now.gyro, last.gyro
-    saturated, known = 0.0, sample.gyro_variance_y
-    if gyro_saturated(sample):
-        saturated, known = dt, 0.0
+    (tilting, turning), beyond = window.exceeded, rate_beyond(sample)
+    known_y, known_z, clip_z = sample.gyro_variance_y, sample.gyro_variance_z, 0.0
+    if beyond == TILT_RATE:
+        tilting, known_y, clip_z = tilting + dt, 0.0, sample.gyro_saturated_z
+    elif beyond == YAW_RATE:
+        turning, known_z = turning + dt, 0.0
     turn, push, t, p = window.turn, window.push, window.turn_noise, window.push_noise
     accel, before = now.accel, last.accel
     back, ahead = bend_shares(accel[0])
     return Window(
         window.time + dt,
-        window.saturated + saturated,
+        (tilting, turning),
         (turn[0] + dt * gyro[0], turn[1] + dt * gyro[1], turn[2] + dt * gyro[2]),
         (push[0] + dt * force[0], push[1] + dt * force[1], push[2] + dt * force[2]),
         (window.bend[0] + dt * back, window.bend[1] + dt * ahead),
         (
             t[0]
             + _turn_noise(sample.gyro_variance_x, sample.gyro_saturated_x, gyro[0] - was[0], dt),
-            t[1] + _turn_noise(known, 0.0, gyro[1] - was[1], dt),
-            t[2]
-            + _turn_noise(sample.gyro_variance_z, sample.gyro_saturated_z, gyro[2] - was[2], dt),
+            t[1] + _turn_noise(known_y, 0.0, gyro[1] - was[1], dt),
+            t[2] + _turn_noise(known_z, clip_z, gyro[2] - was[2], dt),
         ),
         (
             p[0]
@@ -267,6 +286,7 @@ def repaired(nav: Navigation, error: Array) -> Navigation:
         _plus(nav.gyro_gain, e, GYRO_GAIN),
         _plus(nav.accel_bias, e, ACCEL_BIAS),
         nav.excess + e[EXCESS],
+        nav.exceeded,
         nav.lever_up + e[LEVER_UP],
         nav.wheel_radius + e[WHEEL_RADIUS],
         nav.gyro_cross + e[GYRO_CROSS],
@@ -283,8 +303,15 @@ def _plus(vector: Vector, numbers: Sequence[float], first: int) -> Vector:
     )
 
 
-def faded(nav: Navigation, keep: float, excess: float) -> Navigation:
-    """Return the navigation with a share of the accelerometer's bias, and another excess rate."""
+def faded(nav: Navigation, keep: float, excess: float, exceeded: float) -> Navigation:
+    """Return the navigation with a share of the accelerometer's bias, and another excess rate.
+
+    Args:
+        nav: as it is.
+        keep: that share.
+        excess: rate beyond the gyro's range [rad/s].
+        exceeded: which rate that is.
+    """
     bias = nav.accel_bias
     return Navigation(
         attitude=nav.attitude,
@@ -295,6 +322,7 @@ def faded(nav: Navigation, keep: float, excess: float) -> Navigation:
         gyro_gain=nav.gyro_gain,
         accel_bias=(keep * bias[0], keep * bias[1], keep * bias[2]),
         excess=excess,
+        exceeded=exceeded,
         lever_up=nav.lever_up,
         wheel_radius=nav.wheel_radius,
         gyro_cross=nav.gyro_cross,

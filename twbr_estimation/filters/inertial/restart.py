@@ -69,6 +69,7 @@ def begin_navigation(
         gyro_gain=zeros,
         accel_bias=zeros,
         excess=0.0,
+        exceeded=0.0,
         lever_up=0.0,
         wheel_radius=0.0,
         gyro_cross=0.0,
