@@ -155,7 +155,7 @@ def test_a_silence_is_no_rest(gap: float, rests: bool) -> None:
     for index in range(200):
         reading = sample(dt=gap) if index == 199 else sample()
         stillness = noticed(stillness, reading, quiet, upright)
-    assert is_still(stillness, quiet, wheels=False) is rests
+    assert is_still(stillness, quiet, False, 0.0) is rests
 
 
 @pytest.mark.parametrize("tilt", [0.0, 1.2])

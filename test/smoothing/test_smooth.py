@@ -125,7 +125,7 @@ def test_transition_is_that_of_the_covariance():
     nav = state.navigation._replace(velocity=(0.7, -0.2, 0.1))
     window = empty_window()._replace(
         time=0.005,
-        saturated=0.004,
+        exceeded=(0.004, 0.0),
         turn=tuple(random.normal(0.0, 0.01, 3)),
         push=tuple(random.normal(0.0, 0.1, 3)),
     )

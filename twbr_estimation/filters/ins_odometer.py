@@ -82,6 +82,7 @@ from .inertial.first_wheel_check import first_checked, passed_first
 from .inertial.gravity import FeltGravity, begin_gravity, factor_of, scale_variance, weighed
 from .inertial.learnt import LearntBefore, begin_memory, remembered, strangeness
 from .inertial.navigation import (
+    TILT_RATE,
     InertialReading,
     Navigation,
     Window,
@@ -136,6 +137,7 @@ from .inertial.vertical import (
     with_axes_turned,
 )
 from .inertial.wheel_check import (
+    PROBATION,
     PROVEN,
     WheelCheck,
     begin_check,
@@ -174,6 +176,9 @@ REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
+RACING = 2e-3
+"""Growth of the variance of the distance while the tilt rate is beyond the gyro's range: in a fall
+wheels slip, and motors that stay on race [m^2/s]."""
 FALLING = 6.0
 """A body that turns faster falls: its wheels slip, and teach no gain of the gyro [rad/s]."""
 JUMP = 0.05
@@ -263,7 +268,9 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     fallen = state.check.waiting > 0.0 and abs(state.tilt) > LYING  # the wheels may race
     wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0 and not fallen
-    still, off = is_still(stillness, vertical.bias, wheels), rest_variance(stillness)
+    hidden = unseen_variance(vertical) if state.check.waiting > PROBATION else 0.0
+    still = is_still(stillness, vertical.bias, wheels, hidden)
+    off = rest_variance(stillness)
     unsure, lasted = off + unexplained_variance(stillness, vertical.bias), stillness.time
     pending = state.pending if lasted > 0.0 else vertical.pending
     if still and contradicts_rest(vertical, now.body, stillness.accel, unsure, lasted, pending):
@@ -459,6 +466,8 @@ def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coeffic
     """Return the covariance at the end of the window."""
     p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, c)
     p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(moved.aiding, moved.window.time)
+    if moved.navigation.exceeded == TILT_RATE:
+        p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:
         silent = sample.dt - GAP
         for i in range(2):

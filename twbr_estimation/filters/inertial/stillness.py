@@ -14,6 +14,9 @@ MEMORY = 0.3
 """Time over which the readings of a run are averaged [s]."""
 STILL_AFTER = 0.15
 """So long must a run last [s]."""
+LANDED_AFTER = 0.05
+"""This is enough after a fall that clipped a sensor, where the vertical is less sure than what such
+a run shows of it [s]."""
 TURNING = 0.012
 """A rate further from the mean is motion [rad/s]."""
 SURE_AFTER = 1.0
@@ -37,7 +40,7 @@ SWAYING = 0.08
 """A mean of the latest specific force further from that of the run is motion [m/s^2]."""
 NOISE = 5.0
 """Deviations of so many standard deviations of the sensor's noise are none."""
-HIDDEN = 0.0105
+HIDDEN = 0.010
 """Angle of a sway that may hide in a run of one second, and in inverse proportion [rad s]."""
 GRAVITY_SHARE = 0.15
 """How far the specific force may be from gravity."""
@@ -67,15 +70,17 @@ def begin_stillness(sample: CorrectedSample) -> Stillness:
     return Stillness(gyro, accel, accel, 0.0, sample.wheel_angle, 0.0)
 
 
-def is_still(stillness: Stillness, bias: Vector, wheels: bool) -> bool:
+def is_still(stillness: Stillness, bias: Vector, wheels: bool, unseen: float) -> bool:
     """Whether the body lies still.
 
     Args:
         stillness: the run of quiet readings.
         bias: of the gyro [rad/s].
         wheels: whether there are any that nothing speaks against.
+        unseen: variance of the vertical by turns of late that the gyro did not see [rad^2].
     """
-    if stillness.time < STILL_AFTER:
+    landed = stillness.time >= LANDED_AFTER and unseen > rest_variance(stillness)
+    if stillness.time < STILL_AFTER and not landed:
         return False
     if stillness.time < SURE_AFTER and wheels and stillness.rolled > ROLLED:
         return False
@@ -162,5 +167,5 @@ def rest_variance(stillness: Stillness) -> float:
     A slow sway whose acceleration hides in what counts as quiet is the less likely the longer
     it lasts.
     """
-    off = HIDDEN / max(stillness.time, STILL_AFTER)
+    off = HIDDEN / max(stillness.time, LANDED_AFTER)
     return off * off
