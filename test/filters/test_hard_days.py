@@ -205,6 +205,20 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
 
 
+def test_a_yaw_rate_that_sticks_at_full_scale_is_not_called_valid_and_wrong() -> None:
+    """One axis of the gyro fails; nothing spins."""
+    made, entry = simulate("W1", 0.005, 20.0, SEED), filter_named("ins_odometer")
+    imu, truth = made.recording.imu, made.recording.truth
+    assert truth is not None
+    gyro = imu.gyro.copy()
+    gyro[gyro.shape[0] // 2 :, 2] = made.setup.robot.gyro_range
+    stuck = ImuTrack(imu.stamps, gyro, imu.accel)
+    track = correct(pair(stuck, made.recording.wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+    assert np.mean(trusted(entry, track, found) & (np.abs(error) > 5.0)) < 1e-3
+
+
 @pytest.mark.parametrize("lying", [180.0, -179.97])
 def test_wheels_of_a_robot_that_lies_on_its_head_are_not_ignored(lying: float) -> None:
     """Its tilt passes half a turn with every other sample; then it is put upright and drives."""

@@ -423,8 +423,9 @@ def _compared(
     first = LOST if known else beginning.variance
     doubt = share * min(unseen_variance(vertical), first)
     doubt += far_away_variance(vertical) + scale_variance(moved.gravity)
+    doubt += spun_variance(moved.clipping, now.body, wheels)
     if wheels == 0.0:
-        doubt += swayed_variance(vertical) + spun_variance(moved.clipping, now.body)
+        doubt += swayed_variance(vertical)
     elif not sure:
         doubt += off_level(vertical)
     if still:

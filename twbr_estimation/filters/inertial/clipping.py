@@ -32,8 +32,8 @@ UNSEEN_TURNING = 20.0
 SPUN_AFTER, SPUN_MEMORY = 0.1, 1.5
 """A yaw rate hidden for longer than the first [s] turns a lean by any angle, so that the tilt is
 unknown; it stays so for as long again, at most for the second [s]."""
-PER_LEAN = 10.0
-"""Variance of that tilt per square of the lean."""
+PER_LEAN, PER_LEAN_ON_WHEELS = 10.0, 2.0
+"""Variance of that tilt per square of the lean, and where wheels tell that it stands on them."""
 UPRIGHT = 0.3
 """Least cosine between the body's z axis and the vertical at which wheels show the yaw rate."""
 
@@ -86,9 +86,13 @@ def unseen_turn(clipping: Clipping, sample: CorrectedSample, body: Matrix) -> fl
     return variance
 
 
-def spun_variance(clipping: Clipping, body: Matrix) -> float:
-    """Return the variance of the tilt by a turn about the vertical that nothing shows [rad^2]."""
-    return PER_LEAN * _lean_squared(body) if clipping.spun > SPUN_AFTER else 0.0
+def spun_variance(clipping: Clipping, body: Matrix, wheels: float) -> float:
+    """Return the variance of the tilt by a turn about the vertical that nothing shows [rad^2].
+
+    Of the encoders, `wheels` are used.
+    """
+    per_lean = PER_LEAN_ON_WHEELS if wheels > 0.0 else PER_LEAN
+    return per_lean * _lean_squared(body) if clipping.spun > SPUN_AFTER else 0.0
 
 
 def _lean_squared(body: Matrix) -> float:
