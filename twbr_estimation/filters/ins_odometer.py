@@ -176,8 +176,8 @@ REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
-RACING = 2e-3
-"""Growth of the variance of the distance while the tilt rate is beyond the gyro's range: in a fall
+RACING = 0.01
+"""Growth of the variance of the distance where a robot falls faster than the gyro's range: its
 wheels slip, and motors that stay on race [m^2/s]."""
 FALLING = 6.0
 """A body that turns faster falls: its wheels slip, and teach no gain of the gyro [rad/s]."""
@@ -467,7 +467,7 @@ def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coeffic
     """Return the covariance at the end of the window."""
     p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, c)
     p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(moved.aiding, moved.window.time)
-    if moved.navigation.exceeded == TILT_RATE:
+    if moved.navigation.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
         p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:
         silent = sample.dt - GAP
