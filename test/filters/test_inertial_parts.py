@@ -149,6 +149,17 @@ def test_the_velocity_is_unknown_where_wheels_come_back() -> None:
     assert known and known[0] > 0.5
 
 
+@pytest.mark.parametrize("axis", ["gyro_saturated_y", "accel_saturated_x"])
+def test_a_clipped_reading_is_no_rest_however_unsure_it_is(axis: str) -> None:
+    quiet, upright = (0.0, 0.0, 0.0), (0.0, 0.0, STANDARD_GRAVITY)
+    stillness = begin_stillness(sample())
+    for _ in range(200):
+        stillness = noticed(stillness, sample(), quiet, upright)
+    hit = sample(gyro_y=4.36, gyro_variance_y=100.0, accel_variance_x=100.0)._replace(**{axis: 1.0})
+    assert is_still(stillness, quiet, False, 0.0)
+    assert not is_still(noticed(stillness, hit, quiet, upright), quiet, False, 0.0)
+
+
 @pytest.mark.parametrize(("gap", "rests"), [(DT, True), (0.4, False)])
 def test_a_silence_is_no_rest(gap: float, rests: bool) -> None:
     quiet, upright = (0.0, 0.0, 0.0), (0.0, 0.0, STANDARD_GRAVITY)

@@ -7,7 +7,7 @@ next run. Nothing that happened before a run can delay its end.
 import math
 from typing import NamedTuple
 
-from ...samples import STANDARD_GRAVITY, CorrectedSample
+from ...samples import STANDARD_GRAVITY, CorrectedSample, is_saturated
 from .strapdown import Vector, cross, unit
 
 MEMORY = 0.3
@@ -99,7 +99,7 @@ def noticed(stillness: Stillness, sample: CorrectedSample, rate: Vector, felt: V
         rate: the last reading of the gyro; a sensor that froze while it turned repeats it [rad/s].
         felt: the same of the accelerometer [m/s^2].
     """
-    if sample.dt > SILENT:
+    if sample.dt > SILENT or is_saturated(sample):
         return begin_stillness(sample)
     gyro, accel, noise = stillness.gyro, stillness.accel, NOISE * NOISE
     p, q, r = sample.gyro_x - gyro[0], sample.gyro_y - gyro[1], sample.gyro_z - gyro[2]
