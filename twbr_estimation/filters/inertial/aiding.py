@@ -50,12 +50,12 @@ EXCESS_SPREAD = 4.0
 """Standard deviation of that rate [rad/s]."""
 EXCESS_TIME = 0.05
 """Time over which it changes [s]."""
-SPIN_MEAN, SPIN_SPREAD, SPIN_TIME = 2.0, 4.0, 2.0
-"""The same of the yaw rate, which lasts: mean [rad/s], standard deviation [rad/s], time [s]."""
-LEVEL_ACROSS = 0.07
-"""Standard deviation of the lean to the side of a robot on its wheels [rad]."""
 EXCESS_END = 0.3
 """How well it is known to be zero at the end, and never below zero [rad/s]."""
+SPIN_MEAN, SPIN_SPREAD, SPIN_TIME = 2.0, 4.0, 2.0
+"""Mean [rad/s], spread [rad/s] and time [s] of a yaw rate beyond the range, which lasts."""
+LEVEL_ACROSS = 0.07
+"""Standard deviation of the lean to the side of a robot on its wheels [rad]."""
 
 
 STEPPED = 0.08
