@@ -137,12 +137,12 @@ from .inertial.vertical import (
     with_axes_turned,
 )
 from .inertial.wheel_check import (
-    PROBATION,
     PROVEN,
     WheelCheck,
     begin_check,
     believed,
     checked,
+    clipped_of_late,
     condemned,
     misleading,
     proven,
@@ -268,7 +268,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     fallen = state.check.waiting > 0.0 and abs(state.tilt) > LYING  # the wheels may race
     wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0 and not fallen
-    hidden = unseen_variance(vertical) if state.check.waiting > PROBATION else 0.0
+    hidden = unseen_variance(vertical) if clipped_of_late(state.check) else 0.0
     still = is_still(stillness, vertical.bias, wheels, hidden)
     off = rest_variance(stillness)
     unsure, lasted = off + unexplained_variance(stillness, vertical.bias), stillness.time

@@ -171,7 +171,7 @@ def _compared(
             aiding.drifting,
         ),
         p,
-        excess_kept(window.time, fixed.exceeded) if fixed.exceeded > 0.0 else 0.0,
+        excess_kept(window.time, nav.exceeded) if fixed.exceeded == nav.exceeded > 0.0 else 0.0,
     )
 
 

@@ -138,6 +138,11 @@ def believed(check: WheelCheck) -> bool:
     return check.trust.doubted == 0.0 and check.trust.ignored == 0.0
 
 
+def clipped_of_late(check: WheelCheck) -> bool:
+    """Whether a sensor was clipped, or silent, a moment ago."""
+    return check.waiting > PROBATION
+
+
 def proven(check: WheelCheck) -> bool:
     """Whether the wheels have proven right by moving as the accelerometer felt."""
     return check.trust.proven > PROVEN and check.waiting <= 0.0 and believed(check)
