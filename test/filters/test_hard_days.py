@@ -16,7 +16,7 @@ from twbr_estimation.robot import Robot
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.hard_days import DAYS, Day
 from twbr_estimation.simulation.hard_days.day import balancing, clock, ramp, recorded
-from twbr_estimation.simulation.hard_days.prescribed import planar, rolled_angle
+from twbr_estimation.simulation.hard_days.prescribed import Motion, planar, rolled_angle
 
 SEED = 4001
 """Never used to choose a constant."""
@@ -203,6 +203,53 @@ def test_half_a_second_after_a_fall_the_tilt_is_known(name: str, dt: float) -> N
     time = (made.recording.imu.stamps - made.recording.imu.stamps[0]) * 1e-9
     for begin, end in made.rests:
         assert np.abs(error[(time > begin + 0.5) & (time < end)]).max() < 2.0
+
+
+def test_a_fall_is_over_a_tenth_of_a_second_after_it() -> None:
+    """Where clipped readings leave 35 deg unknown, so much quiet is rest."""
+    for dt in (0.005, 0.01):
+        made, wheels, _ = day("thrown on a pivot", dt, 4002)
+        error, _ = errors("ins_odometer", made, wheels)
+        time = (made.recording.imu.stamps - made.recording.imu.stamps[0]) * 1e-9
+        for begin, end in made.rests:
+            assert np.abs(error[(time > begin + 0.1) & (time < end)]).max() < 5.0
+
+
+def test_wheels_that_race_in_a_fall_are_not_much_worse_than_none() -> None:
+    """A mean over falls: what turns, wheels or body, is unknown while the gyro is clipped."""
+    means = []
+    for seed in (SEED, 4002, 4003):
+        made, wheels, blind = day("falls, its motors stay on", 0.005, seed)
+        found = (errors("ins_odometer", made, each)[0] for each in (wheels, blind))
+        means.append([np.mean(error**2) for error in found])
+    ours, blind_mean = np.mean(means, axis=0)
+    assert ours < 2.5 * blind_mean
+
+
+def test_how_fast_it_spins_is_known_from_its_lean() -> None:
+    """At this seed the wheels alone show it badly."""
+    made, wheels, _ = day("spins beyond it, one encoder", 0.005, 9404)
+    ours = np.mean(errors("ins_odometer", made, wheels)[0] ** 2)
+    assert ours < FLOOR * np.mean(errors("complementary", made, wheels)[0] ** 2) + ROOM
+
+
+@pytest.mark.parametrize("encoders", [0, 1])
+@pytest.mark.parametrize("seed", range(9801, 9805))
+def test_a_spin_in_a_slanting_hand_turns_nothing_upside_down(seed: int, encoders: int) -> None:
+    """It leans aside by 20 deg, which no robot on its wheels does, and the gyro is clipped."""
+    random, robot = np.random.default_rng(seed), Robot(gyro_range=4.36)
+    step, time = clock(0.005, 30.0)
+    tilt, ahead = balancing(time, random)
+    roll = np.radians(20.0) * (ramp(time, 9.0, 10.0) - ramp(time, 24.0, 25.0))
+    turning = random.uniform(7.0, 11.0) * (ramp(time, 10.0, 10.5) - ramp(time, 15.0, 15.5))
+    yaw = np.cumsum(turning - np.roll(turning, round(8.0 / step))) * step
+    east, north = (np.cumsum(np.gradient(ahead) * part) for part in (np.cos(yaw), np.sin(yaw)))
+    motion = Motion(step, tilt, roll, yaw, np.stack([east, north, np.zeros_like(tilt)], axis=1))
+    wheels = rolled_angle(motion, ahead, robot) if encoders else None
+    made = recorded("spins aslant", motion, wheels, robot, 0.005, seed)
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    error, _ = errors("ins_odometer", made, track)
+    assert np.abs(error).max() < 60.0
 
 
 def test_a_yaw_rate_that_sticks_at_full_scale_is_not_called_valid_and_wrong() -> None:

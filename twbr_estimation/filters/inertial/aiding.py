@@ -343,11 +343,14 @@ def observe_side(
 def observe_level(p: Array, error: Array, now: InertialReading, slow: float, gains: float) -> None:
     """A robot on its wheels is about level across.
 
-    While it spins beyond the gyro's range, that and the tilt show how fast.
+    While it spins beyond the gyro's range, that and the tilt show how fast. One that leans further,
+    held in a hand, is believed to.
     """
     m = now.body
     h = Slopes((ATTITUDE, ATTITUDE + 1, ATTITUDE, ATTITUDE), (m[4], -m[1], 0.0, 0.0))
-    observe(p, error, h, -m[7], LEVEL_ACROSS * LEVEL_ACROSS, slow, gains)
+    variance = LEVEL_ACROSS * LEVEL_ACROSS
+    variance += beyond_gate(p, h, m[7], variance)
+    observe(p, error, h, -m[7], variance, slow, gains)
 
 
 def observe_room(

@@ -32,7 +32,7 @@ UNSEEN_TURNING = 20.0
 SPUN_AFTER, SPUN_MEMORY = 0.1, 1.5
 """A yaw rate hidden for longer than the first [s] turns a lean by any angle, so that the tilt is
 unknown; it stays so for as long again, at most for the second [s]."""
-PER_LEAN, PER_LEAN_ON_WHEELS = 10.0, 2.0
+PER_LEAN, PER_LEAN_ON_WHEELS = 10.0, 3.0
 """Variance of that tilt per square of the lean, and where wheels tell that it stands on them."""
 UPRIGHT = 0.3
 """Least cosine between the body's z axis and the vertical at which wheels show the yaw rate."""
