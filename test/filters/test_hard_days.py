@@ -130,6 +130,18 @@ def test_an_accelerometer_of_a_wrong_full_scale_is_followed_but_not_trusted(fact
     assert np.abs(error).max() < 15.0
 
 
+@pytest.mark.parametrize("seed", range(9811, 9814))
+def test_a_swing_from_the_first_sample_on_is_followed_without_wheels(seed: int) -> None:
+    """A pendulum below a fixed axle: it is the axle that is slow, not the sensor."""
+    robot = Robot(lever_arm=(0.0, 0.0, -0.165), gyro_range=35.0, accel_range=160.0)
+    step, time = clock(0.01, 30.0)
+    tilt = np.radians(30.0) * np.exp(-time / 40.0) * np.sin(2.0 * np.pi * time)
+    made = recorded("swings", planar(step, tilt, 0.0 * time), None, robot, 0.01, seed)
+    track = correct(pair(made.recording.imu, None), made.setup)
+    ours, rival = (errors(name, made, track)[0] for name in ("ins_odometer", "complementary"))
+    assert np.mean(ours**2) < 0.5 * np.mean(rival**2)
+
+
 def test_two_early_slips_do_not_lead_to_right_wheels_being_ignored() -> None:
     """They slip at half a second and a second; a gain of the gyro of 18 % explained that."""
     made, entry = simulate("W2", 0.005, 10.0, 3008), filter_named("ins_odometer")

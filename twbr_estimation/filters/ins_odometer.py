@@ -116,7 +116,15 @@ from .inertial.stillness import (
     shows_bias,
     unexplained_variance,
 )
-from .inertial.strapdown import Vector, attitude_at, heading_of, tilt_ahead
+from .inertial.strapdown import (
+    Vector,
+    attitude_at,
+    cross,
+    heading_of,
+    matrix_of,
+    rotated,
+    tilt_ahead,
+)
 from .inertial.vertical import (
     LEAST_FORCE,
     MEMORY,
@@ -222,7 +230,9 @@ def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coef
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     bias = (0.0, estimate.gyro_bias, 0.0)
     rate = (sample.gyro_x, sample.gyro_y - estimate.gyro_bias, sample.gyro_z)
-    nav = begin_navigation(attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel), bias)
+    attitude = attitude_at(estimate.tilt - c.gyro_delay * rate[1], accel)
+    swing = rotated(matrix_of(attitude), cross(rate, c.geometry.lever))  # while the axle is slow
+    nav = begin_navigation(attitude, bias, swing)
     variance = unsure = FIRST_TILT * FIRST_TILT
     if estimate.tilt_variance > 0.0:
         variance, unsure = estimate.tilt_variance, 0.0
