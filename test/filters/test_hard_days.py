@@ -142,6 +142,23 @@ def test_a_swing_from_the_first_sample_on_is_followed_without_wheels(seed: int) 
     assert np.mean(ours**2) < 0.5 * np.mean(rival**2)
 
 
+@pytest.mark.parametrize("world", ["W2", "W3", "W4"])
+def test_right_wheels_are_believed_while_all_axes_of_the_gyro_drift(world: str) -> None:
+    """By 2 deg/s within 20 s; what it does to roll and heading is no error of the wheels."""
+    made, entry = simulate(world, 0.005, 60.0, SEED), filter_named("ins_odometer")
+    imu, truth = made.recording.imu, made.recording.truth
+    assert truth is not None
+    time = (imu.stamps - imu.stamps[0]) * 1e-9
+    signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 3)
+    drift = np.radians(2.0) * signs * np.clip((time - 15.0) / 20.0, 0.0, 1.0)[:, None]
+    warming = ImuTrack(imu.stamps, imu.gyro + drift, imu.accel)
+    track = correct(pair(warming, made.recording.wheels), made.setup)
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    assert entry.wheels_ignored is not None and entry.wheels_ignored(found.state) == 0.0
+    error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+    assert np.mean(error**2) < 0.25
+
+
 def test_two_early_slips_do_not_lead_to_right_wheels_being_ignored() -> None:
     """They slip at half a second and a second; a gain of the gyro of 18 % explained that."""
     made, entry = simulate("W2", 0.005, 10.0, 3008), filter_named("ins_odometer")

@@ -23,7 +23,13 @@ from twbr_estimation.filters.inertial.clipping import (
     spun_variance,
     unseen_turn,
 )
-from twbr_estimation.filters.inertial.error_state import ATTITUDE, GYRO_GAIN, STATES, VELOCITY
+from twbr_estimation.filters.inertial.error_state import (
+    ATTITUDE,
+    GYRO_BIAS,
+    GYRO_GAIN,
+    STATES,
+    VELOCITY,
+)
 from twbr_estimation.filters.inertial.first_wheel_check import first_checked, passed_first
 from twbr_estimation.filters.inertial.gravity import (
     begin_gravity,
@@ -194,11 +200,15 @@ def test_falls_and_impacts_say_nothing_of_the_gain_of_an_accelerometer(force: fl
 
 def test_what_right_wheels_taught_is_kept_but_a_bias_may_have_drifted() -> None:
     c = derive(Parameters(), Robot())
-    first, following = first_covariance(0.01, c), next_covariance(0.01, True, c)
-    assert np.array_equal(next_covariance(0.01, False, c), first)
-    assert np.array_equal(following[:GYRO_GAIN, :GYRO_GAIN], first[:GYRO_GAIN, :GYRO_GAIN])
-    taught = np.diag(following)[GYRO_GAIN:] / np.maximum(np.diag(first)[GYRO_GAIN:], 1e-12)
-    assert np.all(taught < 0.2)
+    first, before = first_covariance(0.01, c), first_covariance(0.01, c)
+    assert np.array_equal(next_covariance(0.01, False, before, c), first)
+    before[GYRO_BIAS + 1, GYRO_BIAS + 1] = 1e-8  # the others are as unknown as ever
+    following = next_covariance(0.01, True, before, c)
+    assert np.array_equal(following[:GYRO_BIAS, :GYRO_BIAS], first[:GYRO_BIAS, :GYRO_BIAS])
+    kept = np.diag(following)[GYRO_BIAS:] / np.maximum(np.diag(first)[GYRO_BIAS:], 1e-12)
+    assert kept[0] == kept[2] == 1.0
+    assert 0.0 < kept[1] < 0.2
+    assert np.all(kept[GYRO_GAIN - GYRO_BIAS :] < 0.2)
 
 
 def test_repairs_of_a_beginning_are_a_turn_and_what_gravity_makes_of_it() -> None:

@@ -414,7 +414,7 @@ def _compared(
     if astray or lost or off or biased:
         learnt = astray and known and not falling
         if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
-            afresh = restarted_at_beginning(fixed, vertical, beginning, memory, learnt, c)
+            afresh = restarted_at_beginning(fixed, vertical, beginning, p, memory, learnt, c)
             beginning = unrepaired(beginning)
         else:
             lost = lost and not biased
@@ -476,7 +476,9 @@ def _falls(state: State) -> bool:
 def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coefficients) -> Array:
     """Return the covariance at the end of the window."""
     p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, c)
-    p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(moved.aiding, moved.window.time)
+    for i in range(2):
+        drifting = moved.aiding.drifting[i]
+        p[GYRO_BIAS + i, GYRO_BIAS + i] += drift_noise(drifting, moved.window.time)
     if moved.navigation.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
         p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:
@@ -518,7 +520,7 @@ def _aided(
         lasted = moved.stillness.time
         off = max(rest_variance(moved.stillness), unsettled_variance(moved.vertical))
         observe_rest(p, error, moved.vertical.up, off, lasted, time)
-    return with_correction(compared, error[GYRO_BIAS + 1], time)
+    return with_correction(compared, (error[GYRO_BIAS], error[GYRO_BIAS + 1]), time)
 
 
 def tilt_variance(p: Array, heading: tuple[float, float]) -> float:

@@ -112,8 +112,9 @@ class Aiding(NamedTuple):
     """Wheel angle one sample ago [rad]."""
     turned: float
     """How far the body turned since that angle changed [rad]."""
-    drifting: float
-    """Mean rate at which the bias of the tilt's gyro was corrected of late [rad/s^2]."""
+    drifting: tuple[float, float]
+    """Mean rates at which the biases of the roll's and the tilt's gyro were corrected of late
+    [rad/s^2]."""
 
 
 def begin_aiding(sample: CorrectedSample) -> Aiding:
@@ -126,7 +127,7 @@ def begin_aiding(sample: CorrectedSample) -> Aiding:
         surprise=1.0,
         angle=sample.wheel_angle,
         turned=0.0,
-        drifting=0.0,
+        drifting=(0.0, 0.0),
     )
 
 
@@ -192,15 +193,21 @@ def aid(
     )
 
 
-def drift_noise(aiding: Aiding, time: float) -> float:
-    """Return the variance that a bias which keeps being corrected one way gains [(rad/s)^2]."""
-    beyond = aiding.drifting * aiding.drifting - USUAL_DRIFT * USUAL_DRIFT
+def drift_noise(drifting: float, time: float) -> float:
+    """Return the variance [(rad/s)^2] that a bias gains which keeps being corrected one way.
+
+    Args:
+        drifting: mean rate of correction [rad/s^2].
+        time: since it gained some last [s].
+    """
+    beyond = drifting * drifting - USUAL_DRIFT * USUAL_DRIFT
     return 2.0 * DRIFT_TIME * time * max(beyond, 0.0)
 
 
-def with_correction(aiding: Aiding, correction: float, time: float) -> Aiding:
-    """Return the memory after the gyro's bias was corrected, `time` [s] after the last time."""
+def with_correction(aiding: Aiding, correction: tuple[float, float], time: float) -> Aiding:
+    """Return the memory after two biases were corrected [rad/s], `time` [s] after the last time."""
     share = min(time / DRIFT_TIME, 1.0)
+    (x, y), (a, b) = aiding.drifting, correction
     return Aiding(
         calm=aiding.calm,
         unchecked=aiding.unchecked,
@@ -209,7 +216,7 @@ def with_correction(aiding: Aiding, correction: float, time: float) -> Aiding:
         surprise=aiding.surprise,
         angle=aiding.angle,
         turned=aiding.turned,
-        drifting=aiding.drifting + share * (correction / time - aiding.drifting),
+        drifting=(x + share * (a / time - x), y + share * (b / time - y)),
     )
 
 

@@ -36,7 +36,9 @@ LOST = 4.0
 """A variance of the attitude that says no more than the next accelerometer reading [rad^2]."""
 LEARNT = 0.1
 """Share of the first variances of the sensors' errors that remains with what right wheels taught
-before; more was learnt, but perhaps some of it in doubt. A bias of the gyro may have drifted."""
+before; more was learnt, but perhaps some of it in doubt."""
+LEARNT_BIAS = 10.0
+"""So many times the variance of the gyro's bias until now is added to that: it may drift."""
 BELIEVED = 0.5
 """Share of its attitude's variance that the navigation is granted at rest."""
 AT_REST_OFF = 0.03
@@ -96,12 +98,20 @@ def first_covariance(tilt: float, c: Coefficients) -> Array:
     return p
 
 
-def next_covariance(tilt: float, learnt: bool, c: Coefficients) -> Array:
-    """Return that of one that begins again, perhaps after it has learnt from right wheels."""
+def next_covariance(tilt: float, learnt: bool, before: Array, c: Coefficients) -> Array:
+    """Return that of one that begins again.
+
+    Args:
+        tilt: variance of its tilt [rad^2].
+        learnt: whether it has learnt from right wheels.
+        before: covariance until now.
+        c: coefficients.
+    """
     p = first_covariance(tilt, c)
     if learnt:
-        for i in range(GYRO_GAIN, STATES):
-            p[i, i] *= LEARNT
+        for i in range(GYRO_BIAS, STATES):
+            drifted = LEARNT_BIAS * before[i, i] if i < GYRO_GAIN else 0.0
+            p[i, i] = min(p[i, i], LEARNT * p[i, i] + drifted)
     return p
 
 
@@ -155,13 +165,14 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    return Restarted(afresh, vertical, next_covariance(variance, learnt, c))
+    return Restarted(afresh, vertical, next_covariance(variance, learnt, p, c))
 
 
 def restarted_at_beginning(
     nav: Navigation,
     vertical: Vertical,
     beginning: Beginning,
+    before: Array,
     memory: LearntBefore,
     learnt: bool,
     c: Coefficients,
@@ -172,6 +183,7 @@ def restarted_at_beginning(
         nav: as it is.
         vertical: as gyro and accelerometer have it.
         beginning: of the navigation, and the repairs since.
+        before: covariance.
         memory: what was learnt before the wheels came into doubt.
         learnt: whether it has learnt from right wheels.
         c: coefficients.
@@ -181,7 +193,7 @@ def restarted_at_beginning(
     attitude = product(rotation_of(turn), nav.attitude)
     velocity = nav.velocity[0] - ahead, nav.velocity[1] - aside, 0.0
     afresh = recalled(begin_navigation(attitude, vertical.bias, velocity), memory.older)
-    p, push = next_covariance(variance, learnt, c), STANDARD_GRAVITY * beginning.lasted
+    p, push = next_covariance(variance, learnt, before, c), STANDARD_GRAVITY * beginning.lasted
     for axis, other, gain in ((0, 1, push), (1, 0, -push)):
         p[VELOCITY + axis, VELOCITY + axis] += gain * gain * variance
         p[VELOCITY + axis, ATTITUDE + other] = gain * variance
