@@ -96,6 +96,21 @@ def test_wrong_encoders_are_found_out(name: str, seed: int) -> None:
     assert ours < FLOOR * np.mean(errors("ins_odometer", made, blind)[0] ** 2) + ROOM
 
 
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_counts_that_are_wrong_are_found_out_at_a_crawl(factor: float) -> None:
+    """Too slow to prove anything, the wheels push the gyro's bias to and fro."""
+    for seed in (9821, 9823, 9825):
+        random, robot = np.random.default_rng(seed), Robot()
+        step, time = clock(0.005, 60.0)
+        tilt, ahead = balancing(time, random)
+        slow = planar(step, tilt, 0.5 * ahead)
+        angle = factor * rolled_angle(slow, 0.5 * ahead, robot)
+        made = recorded("crawls", slow, angle, robot, 0.005, seed)
+        track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+        error, _ = errors("ins_odometer", made, track)
+        assert np.mean(error**2) < 0.1
+
+
 @pytest.mark.parametrize("with_wheels", [True, False])
 def test_a_first_reading_that_points_down_is_found_out(with_wheels: bool) -> None:
     """A chip that is mounted right sends one reading upside down; then the robot rocks."""

@@ -11,7 +11,8 @@ right, or since the first reading (`beginning`); after a fall, from a vertical t
 them (`vertical`); with what it had learnt before. They are ignored as well
 where they led the navigation away from that vertical, or made it learn errors of the sensors that
 no calibration leaves (`learnt`). Until wheels have been right for the first time they are compared
-with the accelerometer by that vertical, too (`first_wheel_check`). A body that lies still is
+with the accelerometer by that vertical, too (`first_wheel_check`), and must not push the gyro's
+bias to and fro, which drifts one way (`aiding`). A body that lies still is
 recognised by gyro and accelerometer (`stillness`), and the vertical is then where the
 accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
@@ -48,6 +49,7 @@ from .inertial.aiding import (
     drift_noise,
     drifted_excess,
     estimate_excess,
+    is_pushed,
     observe_rest,
     reading_variance,
     rolled_distance,
@@ -401,7 +403,7 @@ def _compared(
     if known and (falling or moved.aiding.calm < time):  # too much for the gyro alone
         beginning = successor = begin(LOST, DRIFT)
     early = not (known or passed_first(moved.first_check))
-    pulled = early and pulled_away(beginning)
+    pulled = early and (pulled_away(beginning) or is_pushed(aiding))
     off_course = pulled or (off and vertical.age >= MEMORY)
     if wheels > 0.0 and (strange > 1.0 or (off_course and not still)):
         check = condemned(check)

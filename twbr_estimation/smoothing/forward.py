@@ -169,6 +169,7 @@ def _compared(
             aiding.angle,
             aiding.turned,
             aiding.drifting,
+            aiding.to_and_fro,
         ),
         p,
         excess_kept(window.time, nav.exceeded) if fixed.exceeded == nav.exceeded > 0.0 else 0.0,

@@ -69,6 +69,9 @@ LONGEST_REST = 2.0
 """Longer rest says no more [s]."""
 
 
+FRO, FRO_TIME = 4e-3, 10.0
+"""A bias drifts one way. Corrected by so much [rad/s^2] both ways within the time [s], it is
+wrong wheels that push it."""
 DRIFT_TIME = 3.0
 """Time over which corrections of the gyro's bias are averaged [s]."""
 USUAL_DRIFT = 3e-4
@@ -115,6 +118,8 @@ class Aiding(NamedTuple):
     drifting: tuple[float, float]
     """Mean rates at which the biases of the roll's and the tilt's gyro were corrected of late
     [rad/s^2]."""
+    to_and_fro: tuple[float, float]
+    """Largest of the tilt's of late, one way and the other [rad/s^2]."""
 
 
 def begin_aiding(sample: CorrectedSample) -> Aiding:
@@ -128,6 +133,7 @@ def begin_aiding(sample: CorrectedSample) -> Aiding:
         angle=sample.wheel_angle,
         turned=0.0,
         drifting=(0.0, 0.0),
+        to_and_fro=(0.0, 0.0),
     )
 
 
@@ -190,6 +196,7 @@ def aid(
         angle=aiding.angle,
         turned=aiding.turned,
         drifting=aiding.drifting,
+        to_and_fro=aiding.to_and_fro,
     )
 
 
@@ -204,10 +211,19 @@ def drift_noise(drifting: float, time: float) -> float:
     return 2.0 * DRIFT_TIME * time * max(beyond, 0.0)
 
 
+def is_pushed(aiding: Aiding) -> bool:
+    """Whether the bias of the tilt's gyro is pushed to and fro."""
+    return min(aiding.to_and_fro) > FRO
+
+
 def with_correction(aiding: Aiding, correction: tuple[float, float], time: float) -> Aiding:
     """Return the memory after two biases were corrected [rad/s], `time` [s] after the last time."""
     share = min(time / DRIFT_TIME, 1.0)
     (x, y), (a, b) = aiding.drifting, correction
+    x, y = x + share * (a / time - x), y + share * (b / time - y)
+    (to, fro), keep = aiding.to_and_fro, max(1.0 - time / FRO_TIME, 0.0)
+    if aiding.calm >= HOLD:
+        to, fro = max(keep * to, y), max(keep * fro, -y)
     return Aiding(
         calm=aiding.calm,
         unchecked=aiding.unchecked,
@@ -216,7 +232,8 @@ def with_correction(aiding: Aiding, correction: tuple[float, float], time: float
         surprise=aiding.surprise,
         angle=aiding.angle,
         turned=aiding.turned,
-        drifting=(x + share * (a / time - x), y + share * (b / time - y)),
+        drifting=(x, y),
+        to_and_fro=(to, fro),
     )
 
 
@@ -479,4 +496,5 @@ def watched(aiding: Aiding, sample: CorrectedSample) -> Aiding:
         angle=sample.wheel_angle,
         turned=turned,
         drifting=aiding.drifting,
+        to_and_fro=aiding.to_and_fro,
     )
