@@ -7,8 +7,9 @@ from .parameters import Coefficients
 from .strapdown import Vector
 
 WRONG_GAIN, WRONG_RADIUS = 3.0, 5.0
-"""A gain of the tilt's gyro, or a wheel radius, that is learnt to be off by so many of its standard
-deviations is an error of the wheels that the navigation has taken for one of the sensor."""
+"""A gain of tilt's or yaw's gyro, or a wheel radius, that is learnt to be off by so many of its
+standard deviations is an error of the wheels that the navigation has taken for one of the sensor. A
+gain of roll's gyro is a drift of its bias."""
 MEMORY_PERIOD = 3.0
 """Time between two memories of what was learnt of the sensors [s]."""
 
@@ -42,9 +43,9 @@ def strangeness(nav: Navigation, c: Coefficients) -> float:
         nav: what was learnt.
         c: standard deviations before anything was learnt.
     """
-    found = 0.0
+    gain, found = max(abs(nav.gyro_gain[1]), abs(nav.gyro_gain[2])), 0.0
     if c.gyro_gain > 0.0:
-        found = abs(nav.gyro_gain[1]) / (WRONG_GAIN * c.gyro_gain)
+        found = gain / (WRONG_GAIN * c.gyro_gain)
     if c.wheel_radius > 0.0:
         found = max(found, abs(nav.wheel_radius) / (WRONG_RADIUS * c.wheel_radius))
     return found
