@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from twbr_estimation.filters import filter_named
-from twbr_estimation.filters.inertial.aiding import whole_turns_less
+from twbr_estimation.filters.inertial.aiding import drift_noise, whole_turns_less
 from twbr_estimation.filters.inertial.beginning import (
     begin,
     carried,
@@ -196,6 +196,13 @@ def test_an_accelerometer_of_another_scale_is_doubted(gain: float, deviation: fl
 @pytest.mark.parametrize("force", [1.0, 60.0])
 def test_falls_and_impacts_say_nothing_of_the_gain_of_an_accelerometer(force: float) -> None:
     assert weighed(begin_gravity(1.0), sample(accel_z=force), LEVEL) == begin_gravity(1.0)
+
+
+def test_a_bias_that_wheels_pull_along_is_not_opened_without_bound() -> None:
+    """Its variance would grow as fast as it is corrected, and nothing would contradict it."""
+    assert drift_noise(1e-4, 0.01) == 0.0
+    assert drift_noise(2e-3, 0.01) > 0.0
+    assert drift_noise(0.05, 0.01) == drift_noise(0.5, 0.01) < 5.0 * drift_noise(2e-3, 0.01)
 
 
 def test_what_right_wheels_taught_is_kept_but_a_bias_may_have_drifted() -> None:

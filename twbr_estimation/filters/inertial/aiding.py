@@ -76,6 +76,8 @@ DRIFT_TIME = 3.0
 """Time over which corrections of the gyro's bias are averaged [s]."""
 USUAL_DRIFT = 3e-4
 """A mean rate of correction that says nothing [rad/s^2]."""
+FASTEST_DRIFT = 4e-3
+"""No bias drifts faster, not even that of a gyro which warms up [rad/s^2]."""
 
 
 class Geometry(NamedTuple):
@@ -207,7 +209,8 @@ def drift_noise(drifting: float, time: float) -> float:
         drifting: mean rate of correction [rad/s^2].
         time: since it gained some last [s].
     """
-    beyond = drifting * drifting - USUAL_DRIFT * USUAL_DRIFT
+    fast = min(drifting * drifting, FASTEST_DRIFT * FASTEST_DRIFT)
+    beyond = fast - USUAL_DRIFT * USUAL_DRIFT
     return 2.0 * DRIFT_TIME * time * max(beyond, 0.0)
 
 
