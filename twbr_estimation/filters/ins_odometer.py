@@ -186,6 +186,8 @@ REST_DOUBT = 4.0
 """Variance at rest per square of the distance from the vertical."""
 SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
+ROLL_SHARE = 0.5
+"""What the corrections of the roll's bias say of a drift; less than those of the tilt's."""
 RACING = 0.01
 """Growth of the variance of the distance where a robot falls faster than the gyro's range: its
 wheels slip, and motors that stay on race [m^2/s]."""
@@ -478,9 +480,9 @@ def _falls(state: State) -> bool:
 def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coefficients) -> Array:
     """Return the covariance at the end of the window."""
     p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, c)
-    for i in range(2):
-        drifting = moved.aiding.drifting[i]
-        p[GYRO_BIAS + i, GYRO_BIAS + i] += drift_noise(drifting, moved.window.time)
+    roll, tilt = moved.aiding.drifting
+    p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
+    p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
     if moved.navigation.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
         p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:
