@@ -1,4 +1,4 @@
-"""What a sample costs `ins_odometer`, compiled and interpreted, beside peers in one run.
+"""What a sample costs `ins_odometer`, compiled and live, beside peers in one run.
 
     pip install .[peers]
     python bench/bench_navigation.py
@@ -24,8 +24,11 @@ from twbr_estimation.batch import CorrectedTrack
 from twbr_estimation.batch.running import run_compiled
 from twbr_estimation.filters import filter_named
 from twbr_estimation.filters.inertial.error_state import STATES
+from twbr_estimation.live_code.providing import compiled_filter
+from twbr_estimation.live_code.running import CompiledStep
+from twbr_estimation.pipeline.watched_filter import WatchedFilter
 from twbr_estimation.robot import Setup
-from twbr_estimation.samples import CorrectedSample, TiltEstimate
+from twbr_estimation.samples import CorrectedSample
 from twbr_estimation.simulation import simulate
 
 WORLDS = (("W1", "one wheel"), ("W1", "no wheel"), ("W4", "two wheels"))
@@ -95,31 +98,39 @@ def vqf_run(track: CorrectedTrack) -> Callable[[], object]:
     return lambda: vqf.offlineVQF(gyro, accel, None, 0.005)
 
 
-def interpreted(cases: Cases, rounds: int) -> None:
+def live(cases: Cases, rounds: int) -> None:
     """Print the time of a live step: mean and 99th percentile of each sample's least time."""
     random = np.random.default_rng(0)
     f, p = random.normal(size=(2, STATES, STATES))
     products = 1e6 * least({0: lambda: f @ p @ f.T}, rounds)[0]
-    print(f"live, least of 20 runs of each sample; F P F' in numpy takes {products:.1f} us")
-    for (world, wheels, period), (track, setup) in cases.items():
-        steps = 1e6 * live_steps(track, setup)
-        mean, p99 = float(np.mean(steps)), float(np.percentile(steps, 99))
-        print(
-            f"  {world} {wheels:10} {1e3 * period:2.0f} ms: mean {mean:4.0f}, p99 {p99:4.0f} us; "
-            f"{mean / products:.1f} and {p99 / products:.1f} times F P F'"
-        )
+    print(f"F P F' in numpy takes {products:.1f} us")
+    code = compiled_filter(ENTRY)
+    if code is None:
+        print("no machine code: python -m twbr_estimation.live_code.precompile")
+    for name, used in (("interpreted", None), ("machine code", code)):
+        if name == "machine code" and used is None:
+            continue
+        print(f"live, {name}, with its monitor, least of 20 runs of each sample")
+        for (world, wheels, period), (track, setup) in cases.items():
+            steps = 1e6 * live_steps(track, setup, used)
+            mean, p99 = float(np.mean(steps)), float(np.percentile(steps, 99))
+            print(
+                f"  {world} {wheels:10} {1e3 * period:2.0f} ms: mean {mean:5.1f}, p99 {p99:5.1f} "
+                f"us; {mean / products:.1f} and {p99 / products:.1f} times F P F'"
+            )
 
 
-def live_steps(track: CorrectedTrack, setup: Setup) -> np.ndarray:
+def live_steps(track: CorrectedTrack, setup: Setup, code: CompiledStep | None) -> np.ndarray:
     """Return the least time of each sample's step [s]."""
-    coefficients = ENTRY.derive(ENTRY.configure(), setup.robot)
-    first, *samples = (CorrectedSample(*column) for column in track.columns.T.tolist())
-    found = np.full(len(samples), np.inf)
+    samples = [CorrectedSample(*column) for column in track.columns.T.tolist()]
+    found = np.full(len(samples) - 1, np.inf)
     for _ in range(20):
-        state = ENTRY.reset(TiltEstimate(first.angle, first.gyro_y), first, coefficients)
-        for index, sample in enumerate(samples):
+        running = WatchedFilter(ENTRY, robot=setup.robot)
+        running.use(code)
+        running.step(samples[0])
+        for index, sample in enumerate(samples[1:]):
             begin = time.perf_counter()
-            state = ENTRY.step(state, sample, coefficients)
+            running.step(sample)
             found[index] = min(found[index], time.perf_counter() - begin)
     return found
 
@@ -130,7 +141,7 @@ def main() -> int:
     rounds = parser.parse_args().rounds
     cases = {(*which, period): drive(*which, period) for which in WORLDS for period in PERIODS}
     compiled(cases, rounds)
-    interpreted(cases, rounds)
+    live(cases, rounds)
     return 0
 
 
