@@ -104,12 +104,13 @@ def live(cases: Cases, rounds: int) -> None:
     f, p = random.normal(size=(2, STATES, STATES))
     products = 1e6 * least({0: lambda: f @ p @ f.T}, rounds)[0]
     print(f"F P F' in numpy takes {products:.1f} us")
+    codes: dict[str, CompiledStep | None] = {"interpreted": None}
     code = compiled_filter(ENTRY)
     if code is None:
         print("no machine code: python -m twbr_estimation.live_code.precompile")
-    for name, used in (("interpreted", None), ("machine code", code)):
-        if name == "machine code" and used is None:
-            continue
+    else:
+        codes["machine code"] = code
+    for name, used in codes.items():
         print(f"live, {name}, with its monitor, least of 20 runs of each sample")
         for (world, wheels, period), (track, setup) in cases.items():
             steps = 1e6 * live_steps(track, setup, used)

@@ -22,6 +22,8 @@ SEED = 4001
 """Never used to choose a constant."""
 IN_MOTION = 8101
 """The robot is pushed within its first tenth of a second; this seed has been looked at."""
+DRIFTING = 9861
+"""A seed of drifts that has chosen no constant either; 4001 to 4004 have."""
 FLOOR, ROOM = 1.2, 0.03
 """Factor and addition [deg^2] within which the filter must be of the best of its rivals."""
 
@@ -160,11 +162,11 @@ def test_a_swing_from_the_first_sample_on_is_followed_without_wheels(seed: int) 
 @pytest.mark.parametrize("world", ["W2", "W3", "W4"])
 def test_right_wheels_are_believed_while_all_axes_of_the_gyro_drift(world: str) -> None:
     """By 2 deg/s within 20 s; what it does to roll and heading is no error of the wheels."""
-    made, entry = simulate(world, 0.005, 60.0, SEED), filter_named("ins_odometer")
+    made, entry = simulate(world, 0.005, 60.0, DRIFTING), filter_named("ins_odometer")
     imu, truth = made.recording.imu, made.recording.truth
     assert truth is not None
     time = (imu.stamps - imu.stamps[0]) * 1e-9
-    signs = np.random.default_rng(SEED).choice([-1.0, 1.0], 3)
+    signs = np.random.default_rng(DRIFTING).choice([-1.0, 1.0], 3)
     drift = np.radians(2.0) * signs * np.clip((time - 15.0) / 20.0, 0.0, 1.0)[:, None]
     warming = ImuTrack(imu.stamps, imu.gyro + drift, imu.accel)
     track = correct(pair(warming, made.recording.wheels), made.setup)

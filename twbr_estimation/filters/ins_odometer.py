@@ -225,7 +225,7 @@ class State(NamedTuple):
 
 
 def reset(estimate: TiltEstimate, sample: CorrectedSample, c: Coefficients) -> State:
-    """Continue from `estimate`, at rest; the accelerometer tells the roll."""
+    """Continue from `estimate`, with the axle at rest; the accelerometer tells the roll."""
     return _begun(estimate, sample, 1.0, c)
 
 

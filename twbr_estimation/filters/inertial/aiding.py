@@ -56,8 +56,6 @@ SPIN_MEAN, SPIN_SPREAD, SPIN_TIME = 2.0, 4.0, 2.0
 """Mean [rad/s], spread [rad/s] and time [s] of a yaw rate beyond the range, which lasts."""
 LEVEL_ACROSS = 0.07
 """Standard deviation of the lean to the side of a robot on its wheels [rad]."""
-
-
 STEPPED = 0.08
 """Time over which the error of a coarse encoder's reading stays alike [s]."""
 REST_BIAS, REST_TOLD = 0.004, 5.0
@@ -67,17 +65,15 @@ FAR_OFF = 4.0
 """Where the attitude's variance is so many times that of the direction at rest, it goes there."""
 LONGEST_REST = 2.0
 """Longer rest says no more [s]."""
-
-
-FRO, FRO_TIME = 4e-3, 10.0
-"""A bias drifts one way. Corrected by so much [rad/s^2] both ways within the time [s], it is
-wrong wheels that push it."""
 DRIFT_TIME = 3.0
 """Time over which corrections of the gyro's bias are averaged [s]."""
 USUAL_DRIFT = 3e-4
 """A mean rate of correction that says nothing [rad/s^2]."""
 FASTEST_DRIFT = 4e-3
 """No bias drifts faster, not even that of a gyro which warms up [rad/s^2]."""
+REVERSAL_TIME = 10.0
+"""A bias drifts one way: corrected faster than that both ways within this time [s], it is wrong
+wheels that push it."""
 
 
 class Geometry(NamedTuple):
@@ -216,7 +212,7 @@ def drift_noise(drifting: float, time: float) -> float:
 
 def is_pushed(aiding: Aiding) -> bool:
     """Whether the bias of the tilt's gyro is pushed to and fro."""
-    return min(aiding.to_and_fro) > FRO
+    return min(aiding.to_and_fro) > FASTEST_DRIFT
 
 
 def with_correction(aiding: Aiding, correction: tuple[float, float], time: float) -> Aiding:
@@ -224,7 +220,7 @@ def with_correction(aiding: Aiding, correction: tuple[float, float], time: float
     share = min(time / DRIFT_TIME, 1.0)
     (x, y), (a, b) = aiding.drifting, correction
     x, y = x + share * (a / time - x), y + share * (b / time - y)
-    (to, fro), keep = aiding.to_and_fro, max(1.0 - time / FRO_TIME, 0.0)
+    (to, fro), keep = aiding.to_and_fro, max(1.0 - time / REVERSAL_TIME, 0.0)
     if aiding.calm >= HOLD:
         to, fro = max(keep * to, y), max(keep * fro, -y)
     return Aiding(

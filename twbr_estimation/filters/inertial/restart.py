@@ -109,9 +109,10 @@ def next_covariance(tilt: float, learnt: bool, before: Array, c: Coefficients) -
     """
     p = first_covariance(tilt, c)
     if learnt:
-        for i in range(GYRO_BIAS, STATES):
-            drifted = LEARNT_BIAS * before[i, i] if i < GYRO_GAIN else 0.0
-            p[i, i] = min(p[i, i], LEARNT * p[i, i] + drifted)
+        for i in range(GYRO_BIAS, GYRO_GAIN):
+            p[i, i] = min(p[i, i], LEARNT * p[i, i] + LEARNT_BIAS * before[i, i])
+        for i in range(GYRO_GAIN, STATES):
+            p[i, i] *= LEARNT
     return p
 
 
