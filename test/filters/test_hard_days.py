@@ -159,6 +159,25 @@ def test_a_swing_from_the_first_sample_on_is_followed_without_wheels(seed: int) 
     assert np.mean(ours**2) < 0.5 * np.mean(rival**2)
 
 
+@pytest.mark.parametrize("with_wheels", [True, False])
+@pytest.mark.parametrize("spike", [1.75, 8.7])
+def test_a_first_reading_of_the_gyro_that_is_wrong_is_no_swing(
+    spike: float, with_wheels: bool
+) -> None:
+    """All axes of it read 100 or 500 deg/s of a robot that stands, and then drives."""
+    made = simulate("W1", 0.005, 10.0, 9871)
+    recording = made.recording
+    gyro = recording.imu.gyro.copy()
+    gyro[0] = spike
+    imu = ImuTrack(recording.imu.stamps, gyro, recording.imu.accel)
+    track = correct(pair(imu, recording.wheels if with_wheels else None), made.setup)
+    entry, truth = filter_named("ins_odometer"), recording.truth
+    assert truth is not None
+    found = run_filter(entry, entry.configure(), track, made.setup.robot)
+    error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+    assert np.abs(error).max() < 4.0
+
+
 @pytest.mark.parametrize("world", ["W2", "W3", "W4"])
 def test_right_wheels_are_believed_while_all_axes_of_the_gyro_drift(world: str) -> None:
     """By 2 deg/s within 20 s; what it does to roll and heading is no error of the wheels."""

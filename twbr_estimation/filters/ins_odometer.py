@@ -103,6 +103,7 @@ from .inertial.restart import (
     LOST,
     begin_navigation,
     contradicted,
+    doubt_swing,
     first_covariance,
     restarted_at_beginning,
     restarted_at_vertical,
@@ -244,6 +245,8 @@ def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coef
         variance = QUIET_TILT * QUIET_TILT
     elif not shows_gravity(sample):
         variance = UNKNOWN_TILT * UNKNOWN_TILT
+    p = first_covariance(variance, c)
+    doubt_swing(p, swing)
     now = read(nav, rate, sample)
     return State(
         tilt=estimate.tilt,
@@ -264,7 +267,7 @@ def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coef
         gravity=begin_gravity(felt),
         beginning=begin(variance, DRIFT),
         successor=begin(variance, DRIFT),
-        covariance=first_covariance(variance, c),
+        covariance=p,
     )
 
 

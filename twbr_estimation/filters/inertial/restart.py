@@ -98,6 +98,18 @@ def first_covariance(tilt: float, c: Coefficients) -> Array:
     return p
 
 
+def doubt_swing(p: Array, swing: Vector) -> None:
+    """Let the first velocity be off by all of the swing it holds, in place: one reading tells it.
+
+    Args:
+        p: covariance.
+        swing: velocity of the sensor against the axle, level axes [m/s].
+    """
+    for i in range(3):
+        for j in range(3):
+            p[VELOCITY + i, VELOCITY + j] += swing[i] * swing[j]
+
+
 def next_covariance(tilt: float, learnt: bool, before: Array, c: Coefficients) -> Array:
     """Return that of one that begins again.
 
