@@ -88,10 +88,11 @@ def install(extras: str, ros_is_sourced: bool) -> None:
     subprocess.run([*pip, "--quiet", "--upgrade", "pip"], check=False)
     subprocess.run([*pip, "--editable", f".[{extras}]"], check=True, cwd=ROOT)
     link_data_files()
-    print("Compiling the loops of the default filter", flush=True)
     python = str(VENV / "bin" / "python")
-    command = [python, "-m", f"{NAME}.batch.precompile", "ins_odometer"]
-    subprocess.run(command, check=False, cwd=ROOT)  # without it the first runs are interpreted
+    for what, module in (("over recordings", "batch"), ("live", "live_code")):
+        print(f"Compiling the default filter, {what}", flush=True)
+        command = [python, "-m", f"{NAME}.{module}.precompile", "ins_odometer"]
+        subprocess.run(command, check=False, cwd=ROOT)  # without it, it is interpreted at first
 
 
 def link_data_files() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ pytest.importorskip("numba")
 from twbr_estimation.errors import WorkerError
 from twbr_estimation.filters.base import filter_named, listed_filters
 from twbr_estimation.live_code import files, loading
-from twbr_estimation.live_code.checking import check, corrected_samples
+from twbr_estimation.live_code.checking import check, corrected_samples, raw_samples
 from twbr_estimation.live_code.files import CORRECTION
 from twbr_estimation.live_code.precompile import compiled, names_of
 from twbr_estimation.live_code.providing import (
@@ -26,8 +27,9 @@ from twbr_estimation.live_code.providing import (
 from twbr_estimation.live_code.running import CompiledStep
 from twbr_estimation.pipeline.watched_filter import WatchedFilter
 from twbr_estimation.robot import Calibration, Robot, Setup
-from twbr_estimation.samples import CorrectedSample
+from twbr_estimation.samples import CorrectedSample, TiltEstimate
 from twbr_estimation.streams.correction import CorrectionStream
+from twbr_estimation.streams.estimator import Estimator
 
 NAME = "complementary"
 DRIVE = list(corrected_samples())
@@ -146,6 +148,32 @@ def test_a_filter_gone_astray_is_put_right_in_both(folder: Path) -> None:
         seen = misled(sample, index)
         assert interpreted.step(seen) == by_code.step(seen), index
     assert interpreted.restarts == by_code.restarts > 0
+
+
+def test_an_estimator_steps_by_machine_code_only_where_it_is_that_of_its_filter(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[object] = []
+    step = CompiledStep.step
+
+    def counted(code: CompiledStep, sample: tuple[float, ...]) -> tuple[float, ...]:
+        steps.append(code)
+        return step(code, sample)
+
+    monkeypatch.setattr(CompiledStep, "step", counted)
+    filter_ = filter_named(NAME)
+    own = replace(filter_, step=lambda state, sample, c: filter_.step(state, sample, c))
+    given: dict[int, TiltEstimate] = {}
+    doors = [Estimator(NAME), Estimator(NAME, machine_code=False), Estimator(own)]
+    by_code = []
+    for each in doors:
+        steps.clear()
+        for index, raw in enumerate(raw_samples()):
+            estimate = each.step(raw.dt, raw[1:4], raw[4:7], raw.wheel_angle)
+            given.setdefault(index, estimate)
+            assert estimate == given[index], index
+        by_code.append(len(set(steps)))
+    assert by_code == [2, 0, 1]  # correction and filter, none, correction
 
 
 def test_a_successor_takes_the_estimate_over(folder: Path) -> None:

@@ -40,8 +40,9 @@ def loaded(name: str) -> Function | None:
         return None  # llvmlite or numba are not there, or of another form
 
 
+@cache
 def function_of(found: files.ObjectCode, kind: Any) -> Function:
-    """Return the function in an object file.
+    """Return the function in an object file, which is loaded once.
 
     Args:
         found: the object file.

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from ..filters.base import Filter, filters
+from ..filters.base import Filter, filter_named, filters, is_filter
 from . import files
 from .files import CORRECTION
 
@@ -38,8 +38,12 @@ def compiled_correction() -> CompiledStep | None:
 
 
 def compiled_filter(entry: Filter) -> CompiledStep | None:
-    """Return the compiled step of a filter and its monitor; None where there is none."""
-    make = _found(entry.name, entry)
+    """Return the compiled step of a filter and its monitor; None where there is none.
+
+    A filter of a user's own has none, whatever its name.
+    """
+    ours = is_filter(entry.name) and filter_named(entry.name) is entry
+    make = _found(entry.name, entry) if ours else None
     return None if make is None else make()
 
 

@@ -39,6 +39,8 @@ def shown(value: object) -> str:
 
 def elements_of(value: Any) -> tuple[Any, ...] | None:
     """Return what a sequence or an array holds; None of all else, a text or a set among it."""
+    if type(value) in (tuple, list):  # the usual, sample by sample
+        return tuple(value)
     if isinstance(value, (str, bytes, Mapping, Set)) or not isinstance(value, Iterable):
         return None
     try:

@@ -9,6 +9,7 @@ from ..checks.finding import Finding
 from ..checks.quick import QuickChecks
 from ..errors import ConfigurationError
 from ..filters.base import Filter, filter_named
+from ..live_code.providing import compiled_correction, compiled_filter
 from ..parameters.argument_checks import as_number, elements_of, number_within, require_kind, shown
 from ..pipeline.correction import Corrector
 from ..pipeline.pairing import motor_command, wheel_reading
@@ -29,6 +30,7 @@ class Estimator:
         filter: str | Filter = "ins_odometer",  # noqa: A002 - the word of the parameters
         robot: Robot | Setup | None = None,
         values: Mapping[str, float] | None = None,
+        machine_code: bool = True,
     ) -> None:
         """Prepare a filter; it starts at the first sample.
 
@@ -37,6 +39,9 @@ class Estimator:
             robot: geometry and ranges; a `Setup`, such as `read_setup` returns, adds the
                 calibration and the settings of the correction.
             values: parameter values of the filter; defaults for the others.
+            machine_code: whether correction and filter run as machine code where
+                `python -m twbr_estimation.live_code.precompile` has prepared it; it is loaded
+                here, and the numbers are the same.
 
         Raises:
             ConfigurationError: an unknown filter or parameter, or a value out of bounds.
@@ -49,7 +54,11 @@ class Estimator:
             setup = Setup(setup)
         self._corrector = Corrector(setup)
         self._filter = WatchedFilter(entry, values, setup.robot)
+        if machine_code:
+            self._corrector.use(compiled_correction())
+            self._filter.use(compiled_filter(entry))
         self._checks = QuickChecks()
+        self._started = False
 
     @property
     def estimate(self) -> TiltEstimate | None:
@@ -94,7 +103,7 @@ class Estimator:
             ConfigurationError: a value that is no number or beyond what is physical (limits in
                 `pipeline.physical`), or too many or too few.
         """
-        first = self._filter.state is None
+        first = not self._started
         elapsed = number_within("dt", dt, 0.0 if first else SECONDS_PER_NANOSECOND, _LONGEST, "s")
         readings = (
             *_numbers("gyro", gyro, (3,), FASTEST, "rad/s"),
@@ -108,10 +117,13 @@ class Estimator:
         sample = Sample._make((0.0 if first else elapsed, *readings, *turned, *driven))
         corrected = self._corrector.step(sample)
         self._checks.add(corrected)
-        return self._filter.step(corrected)
+        estimate = self._filter.step(corrected)
+        self._started = True
+        return estimate
 
     def reset(self) -> None:
         """Forget everything; the next sample is a first one."""
+        self._started = False
         self._corrector.reset()
         self._filter.forget()
         self._checks.restart()
