@@ -20,7 +20,7 @@ from . import files
 
 Function = Callable[..., None]
 """Takes the addresses of the rows of a step."""
-_ROWS = (ctypes.c_void_p,) * 4
+_STEP = ctypes.PYFUNCTYPE(None, *(ctypes.c_void_p,) * 4)
 _SUPPORT = (("_helperlib", "numba_"), ("core/runtime/_nrt_python", "NRT_"))
 """Libraries, and how the names of their functions begin in machine code."""
 
@@ -35,7 +35,7 @@ def loaded(name: str) -> Function | None:
     try:
         made = files.made_for(processor())
         found = files.kept(name, made) if made else None
-        return None if found is None else function_of(found, ctypes.PYFUNCTYPE(None, *_ROWS))
+        return None if found is None else function_of(found, _STEP)
     except (ImportError, OSError, RuntimeError, AttributeError):
         return None  # llvmlite or numba are not there, or of another form
 

@@ -455,7 +455,7 @@ def estimate_excess(p: Array, error: Array, nav: Navigation, sample: CorrectedSa
 def drifted_excess(p: Array, nav: Navigation, time: float, sample: CorrectedSample) -> float:
     """Let the rate beyond the range change over a window; zero outside saturation."""
     beyond = rate_beyond(sample)
-    if beyond == 0.0 or nav.exceeded != beyond:
+    if (beyond == 0.0 or nav.exceeded != beyond) and p[EXCESS, EXCESS] > 0.0:
         forget(p, EXCESS, 0.0)
     if beyond == 0.0:
         return 0.0

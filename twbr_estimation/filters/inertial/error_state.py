@@ -54,21 +54,42 @@ _BELOW = np.tri(MOVING, dtype=bool)
 
 def _advanced_in_loops(p: Array, weights: Array) -> Array:
     size = min(p.shape[0], STATES)
-    q = np.empty((size, size))
-    for i in range(MOVING):
+    q, w = np.empty((size, size)), weights
+    # What moves these rows stands in `SOURCES`, too; by name the compiler knows it beforehand.
+    for i in range(ATTITUDE, ATTITUDE + 3):
+        a, b, c, d = w[0, i], w[1, i], w[2, i], w[3, i]
+        e, f, g, h = w[4, i], w[5, i], w[6, i], w[7, i]
         for j in range(size):
-            total = 0.0
-            for k in range(_TERMS):
-                total += weights[k, i] * p[SOURCES[k, i], j]
+            total = a * p[GYRO_BIAS, j] + b * p[GYRO_BIAS + 1, j] + c * p[GYRO_BIAS + 2, j]
+            total = total + d * p[GYRO_GAIN, j] + e * p[GYRO_GAIN + 1, j]
+            total = total + f * p[GYRO_GAIN + 2, j] + g * p[EXCESS, j] + h * p[GYRO_CROSS, j]
             q[i, j] = p[i, j] + total
+    for i in range(VELOCITY, VELOCITY + 3):
+        a, b, c, d = w[0, i], w[1, i], w[2, i], w[3, i]
+        e, f, g, h = w[4, i], w[5, i], w[6, i], w[7, i]
+        for j in range(size):
+            total = a * p[ATTITUDE, j] + b * p[ATTITUDE + 1, j] + c * p[ATTITUDE + 2, j]
+            total = total + d * p[ACCEL_BIAS, j] + e * p[ACCEL_BIAS + 1, j]
+            total = total + f * p[ACCEL_BIAS + 2, j] + g * p[BEND, j] + h * p[BEND + 1, j]
+            q[i, j] = p[i, j] + total
+    for i in range(POSITION, POSITION + 3):
+        a, b = w[0, i], w[1, i]
+        for j in range(size):
+            q[i, j] = p[i, j] + (a * p[i, j] + b * p[i - 3, j])
+    a, b, c, d = w[0, DISTANCE], w[1, DISTANCE], w[2, DISTANCE], w[3, DISTANCE]
+    e, f, g = w[4, DISTANCE], w[5, DISTANCE], w[6, DISTANCE]
+    for j in range(size):
+        total = a * p[VELOCITY, j] + b * p[VELOCITY + 1, j] + c * p[ATTITUDE + 2, j]
+        total = total + d * p[WHEEL_RADIUS, j] + e * p[LEVER_LEFT, j]
+        q[DISTANCE, j] = p[DISTANCE, j] + (total + f * p[ATTITUDE, j] + g * p[ATTITUDE + 1, j])
     for j in range(MOVING - 1, -1, -1):  # in place: what moves an entry stands before it
         for i in range(j + 1):
             total = 0.0
             for k in range(_COUNTS[j]):
                 total += weights[k, j] * q[i, SOURCES[k, j]]
             q[i, j] += total
-    for i in range(MOVING):
-        for j in range(i + 1, size):
+    for j in range(size):
+        for i in range(min(j, MOVING)):
             q[j, i] = q[i, j]
     for i in range(MOVING, size):
         for j in range(MOVING, size):
