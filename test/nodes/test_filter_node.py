@@ -18,6 +18,7 @@ from twbr_estimation import simulate
 from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.configuration.filter_settings import DEFAULT_FILTER
 from twbr_estimation.filters.base import filter_named, listed_filters
+from twbr_estimation.nodes import inputs
 from twbr_estimation.nodes.correction_node import CorrectionNode
 from twbr_estimation.nodes.diagnostics import Level
 from twbr_estimation.nodes.filter_node import FilterNode
@@ -118,6 +119,33 @@ def test_defaults_tuned_at_another_period_are_named(graph: Any, dt: float, expec
     names = "defaults of alpha_beta_wb, kalman_tuned: tuned at 0.002 s, used at 0.01 s"
     assert (names in said()[0]) == expected
     assert ("tuned" in said()[0]) == expected
+
+
+@pytest.mark.parametrize(
+    ("wanted", "names", "shown"),
+    [
+        (True, ("correction", "ins_odometer"), "correction, ins_odometer"),
+        (True, (), "not prepared"),
+        (False, ("correction",), "off"),
+    ],
+)
+def test_the_diagnostics_show_what_is_prepared_as_machine_code(
+    graph: Any, monkeypatch: pytest.MonkeyPatch, wanted: bool, names: tuple[str, ...], shown: str
+) -> None:
+    steps = SimpleNamespace(
+        ready=True, refusal="", names=names, of_filter=lambda entry: None, correction=lambda: None
+    )
+    monkeypatch.setattr(inputs, "background_steps", lambda: steps)
+    received = graph.collect(DiagnosticArray, "/diagnostics")
+    node = filter_in(graph, machine_code=wanted)
+    graph.spin_until(
+        lambda: any(
+            _values(s).get("machine_code") == shown
+            for each in received
+            for s in each.status
+            if s.name == node.get_name()
+        )
+    )
 
 
 def _values(status: Any) -> dict[str, str]:

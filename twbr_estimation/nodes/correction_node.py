@@ -201,6 +201,7 @@ class CorrectionNode(GuardedNode):
             "wheel_velocities_integrated": self._wheels.rates.messages,
             **{f"imu_{name}": count for name, count in self._stamping.counts().items()},
             "unreadable_messages": self.unreadable,
+            "machine_code": self._code.shown,
         }
         stampings, now = (self._stamping, self._wheels.stamping), self.clock_now()
         values |= {name: text for each in stampings for name, text in each.remark(now).items()}

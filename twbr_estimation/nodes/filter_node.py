@@ -209,6 +209,7 @@ class FilterNode(GuardedNode):
             "unreadable_messages": self.unreadable,
             **counts,
             **self._input.counts(),
+            "machine_code": self._code.shown,
         }
         values["wheels_ignored_s"] = round(self._stream.wheels_ignored(), 1)
         if not self._watchdog.started:

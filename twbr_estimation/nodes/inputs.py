@@ -41,6 +41,8 @@ class MachineCode:
         """
         self._node, self._use = node, use
         self._steps = background_steps() if declare(node, MACHINE_CODE) else None
+        self.shown = "off" if self._steps is None else "loading"
+        """What is prepared, or why nothing is used, in words."""
 
     def look(self) -> None:
         """Pass the steps on if they have come."""
@@ -49,6 +51,7 @@ class MachineCode:
             self._steps = None
             if steps.refusal:
                 self._node.get_logger().warning(steps.refusal)
+            self.shown = ", ".join(steps.names) or "not prepared"
             if steps.names:
                 self._use(steps)
 
