@@ -1,7 +1,7 @@
 """Try for hours to break everything, and write what was seen into docs/reliability.md.
 
     python tools/campaign.py                      all parts at full size: many hours
-    python tools/campaign.py messages chip        these parts
+    python tools/campaign.py messages devices     these parts
     python tools/campaign.py --scale 0.01         a hundredth of the tries
     python tools/campaign.py --list               what there is
 

@@ -1,8 +1,8 @@
 """Tilt estimation for two-wheeled balancing robots.
 
-What `__all__` names is the stable surface: it follows semantic versioning. Everything else may
-change with any version. Names are loaded when they are first used, so that importing the
-package costs nothing.
+What `__all__` names is the stable surface, which changes with a line in the changelog only.
+Everything else may change with any version. Names are loaded when they are first used, so that
+importing the package costs nothing.
 """
 
 from __future__ import annotations

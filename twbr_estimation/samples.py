@@ -2,7 +2,7 @@
 
 Axes follow REP-103: x forward, y left, z up; tilt is the pitch about +y, positive when
 the robot leans forward. Everything is SI and radians. The records are named tuples of
-floats so that the same functions run interpreted in a node and compiled in a batch.
+floats so that the same functions run interpreted and as machine code.
 """
 
 import math

@@ -120,15 +120,18 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_request(parser: argparse.ArgumentParser, many: bool = False) -> None:
-    """Add recordings, filters, settings and comparison: all that `request_of` reads."""
+def add_request(parser: argparse.ArgumentParser, many: bool = False, default: str = "all") -> None:
+    """Add recordings, filters, settings and comparison: all that `request_of` reads.
+
+    `default` says in the help which filters run where none is named.
+    """
     add_recordings(parser, many=many)
     parser.add_argument(
         "--filter",
         action="append",
         default=[],
         metavar="NAME",
-        help="filter to run, repeatable; default: all",
+        help=f"filter to run, repeatable; default: {default}",
     )
     parser.add_argument(
         "--estimator",

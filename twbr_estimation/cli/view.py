@@ -21,8 +21,10 @@ def add_parser(subparsers: Any) -> None:
         description="Serve a web page with the robot, tilt and error against time. Runs "
         f"{' and '.join(FEW)} unless --filter names others. Ctrl-C ends it.",
     )
-    add_request(parser)
-    parser.add_argument("--host", default="127.0.0.1", help="address to serve on; %(default)s")
+    add_request(parser, default=f"{' and '.join(FEW)}; all for every one")
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to serve on; default: %(default)s"
+    )
     parser.add_argument("--port", type=int, default=8080, help="TCP port; default: %(default)s")
     parser.add_argument(
         "--token", default="", help="what other computers must give; default: a new one each time"

@@ -1,8 +1,8 @@
 """Interface of a filter: one `Filter` per file, collected by name.
 
 A filter file defines `Parameters` (the settings a user may change), `State` (kept from step
-to step), `reset` and `step`, and ends with `FILTER = Filter(...)`. Nodes run `step`
-interpreted; batch runs compile the very same function. `step` and `reset` therefore use
+to step), `reset` and `step`, and ends with `FILTER = Filter(...)`. The very same function
+runs interpreted and as machine code, live and over recordings. `step` and `reset` therefore use
 scalars, tuples, `math` and small numpy arrays only.
 """
 

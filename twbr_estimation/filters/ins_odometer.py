@@ -18,9 +18,11 @@ accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
 as a state of its own, a clipped acceleration leaves the velocity open.
 
+Names in brackets are files of `filters/inertial/`.
+
 Groves, Principles of GNSS, Inertial and Multisensor Integrated Navigation Systems,
 chapters 5, 14 and 16; the integration runs at every sample, the Kalman filter at most
-every `PERIOD`.
+every 5.5 ms.
 """
 
 from typing import NamedTuple

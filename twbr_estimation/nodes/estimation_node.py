@@ -4,7 +4,8 @@ The nodes keep their names, parameters, services and topics; what one hands to t
 by a direct call instead of the middleware. So its services lie below `/correction_node` and
 `/filter_node`, for instance `/correction_node/calibrate` and `/filter_node/set_parameters`, and
 below `/mpu6050_node`, `/encoder_node` and `/controller_node` where those run in it; none of
-them lies below `/estimation_node`, which has the parameters `drivers` and `control` alone.
+them lies below `/estimation_node`, which has the parameters `drivers` (default true: the
+sensors are read in this process) and `control` (default false: the controller runs in it) alone.
 """
 
 from __future__ import annotations

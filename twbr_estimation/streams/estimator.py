@@ -67,7 +67,7 @@ class Estimator:
 
     @property
     def trusted(self) -> bool:
-        """Whether the samples leave no doubt about the latest estimate.
+        """Whether neither the samples nor its own variance leave doubt about the latest estimate.
 
         What gaps, saturated and frozen sensors hide is small, the accelerometer agrees, and the
         sensors do not contradict each other.
