@@ -119,10 +119,14 @@ def test_a_damaged_or_foreign_cache_is_thrown_away(tmp_path: Path) -> None:
 
 
 def plain(x: float) -> float:
+    """More than the compiler would put in place of two calls by itself, whatever the processor."""
     total = 0.0
     for k in range(int(x)):
         for j in range(k):
             total += math.cos(total - j) * math.exp(-total) + math.atan2(x + k, total)
+            total += math.sinh(total + k) * math.cosh(j * total) - math.tanh(total * x)
+            total -= math.asin(math.sin(x - total)) + math.acos(math.cos(k * total))
+            total *= math.log1p(total * total) + math.expm1(-total) * math.atan(total + x)
             if total > 100.0:
                 total = math.log(total) + math.sqrt(total) / (1.0 + math.tan(total))
     return total
@@ -133,6 +137,9 @@ def looping(x: float) -> float:
     for k in range(int(x)):
         for j in range(k):
             total += math.sin(total + j) * math.exp(-total) + math.atan2(total, x + k)
+            total += math.sinh(total - k) * math.cosh(j + total) - math.tanh(total + x)
+            total -= math.asin(math.sin(x + total)) + math.acos(math.cos(k - total))
+            total *= math.log1p(total * total) + math.expm1(-total) * math.atan(total - x)
             if total > 100.0:
                 total = math.log(total) + math.sqrt(total) / (1.0 + math.tan(total))
     return total

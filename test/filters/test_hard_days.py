@@ -113,6 +113,12 @@ def test_counts_that_are_wrong_are_found_out_at_a_crawl(factor: float) -> None:
         assert np.mean(error**2) < 0.1
 
 
+def test_wheels_that_turn_slowly_on_the_spot_do_not_push_the_bias_about() -> None:
+    """They were right before, and turn too slowly for the check of velocities."""
+    made, wheels, _ = day("held against a wall", 0.01, 9301)
+    assert np.mean(errors("ins_odometer", made, wheels)[0] ** 2) < 0.17
+
+
 @pytest.mark.parametrize("with_wheels", [True, False])
 def test_a_first_reading_that_points_down_is_found_out(with_wheels: bool) -> None:
     """A chip that is mounted right sends one reading upside down; then the robot rocks."""

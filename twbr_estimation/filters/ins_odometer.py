@@ -9,10 +9,10 @@ Wheels are checked at every sample (`wheel_check`); while they contradict the ac
 are ignored, and the navigation begins again without what they have repaired since they were last
 right, or since the first reading (`beginning`); after a fall, from a vertical that has never seen
 them (`vertical`); with what it had learnt before. They are ignored as well
-where they led the navigation away from that vertical, or made it learn errors of the sensors that
-no calibration leaves (`learnt`). Until wheels have been right for the first time they are compared
-with the accelerometer by that vertical, too (`first_wheel_check`), and must not push the gyro's
-bias to and fro, which drifts one way (`aiding`). A body that lies still is
+where they led the navigation away from that vertical, made it learn errors of the sensors that no
+calibration leaves (`learnt`), or push the gyro's bias to and fro, which drifts one way (`aiding`).
+Until wheels have been right for the first time they are compared with the accelerometer by that
+vertical, too (`first_wheel_check`). A body that lies still is
 recognised by gyro and accelerometer (`stillness`), and the vertical is then where the
 accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
@@ -410,7 +410,7 @@ def _compared(
     if known and (falling or moved.aiding.calm < time):  # too much for the gyro alone
         beginning = successor = begin(LOST, DRIFT)
     early = not (known or passed_first(moved.first_check))
-    pulled = early and (pulled_away(beginning) or is_pushed(aiding))
+    pulled = is_pushed(aiding) or (early and pulled_away(beginning))
     off_course = pulled or (off and vertical.age >= MEMORY)
     if wheels > 0.0 and (strange > 1.0 or (off_course and not still)):
         check = condemned(check)
