@@ -61,7 +61,7 @@ def add_recordings(
         type=str if many else Path,
         metavar="BAG",
         help="recordings, folders that hold some, patterns such as 'runs/**/*.mcap', or addresses "
-        "that fsspec opens"
+        "that fsspec opens (`tune` takes none)"
         if many
         else "recordings",
     )
