@@ -270,7 +270,7 @@ def test_a_body_that_lies_still_proves_no_wheels(still: bool, proof: bool) -> No
     check = condemned(begin_check())._replace(known=1.0, waiting=0.0, slow=moved, fast=moved)
     for _ in range(40):
         reading = sample(wheel_count=2.0)
-        now = read(nav, (0.0, 0.0, 0.0), reading)
+        now = read(nav, (0.0, 0.0, 0.0), reading, (0.0, 0.0))
         check = checked(check, reading, now, 1e-4, 0.0, geometry, still, False)
     assert (check.trust.proven > 0.1) is proof
 
@@ -352,7 +352,7 @@ def test_wheels_that_are_wrong_from_the_start_are_condemned_by_their_first_move(
         reading = sample(
             accel_x=forward, wheel_angle=factor * travelled / geometry.wheel_radius, wheel_count=2.0
         )
-        now = read(nav, (0.0, 0.0, 0.0), reading)
+        now = read(nav, (0.0, 0.0, 0.0), reading, (0.0, 0.0))
         check = first_checked(check, reading, now, LEVEL, 0.0, geometry, False, False)
         if passed_first(check):
             break
@@ -371,6 +371,6 @@ def test_right_wheels_are_not_condemned_in_a_spin_whose_first_vertical_is_wrong(
         turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         leaning = tuple((lean @ turn).ravel().tolist())
         reading = sample(gyro_z=10.0, wheel_angle=0.01 * k * DT, wheel_count=2.0)
-        now = read(nav, (0.0, 0.0, 10.0), reading)
+        now = read(nav, (0.0, 0.0, 10.0), reading, (0.0, 0.0))
         check = first_checked(check, reading, now, leaning, 0.0, geometry, False, False)
     assert check.trust.ignored == 0.0

@@ -249,7 +249,7 @@ def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coef
         variance = UNKNOWN_TILT * UNKNOWN_TILT
     p = first_covariance(variance, c)
     doubt_swing(p, swing)
-    now = read(nav, rate, sample)
+    now = read(nav, rate, sample, (0.0, 0.0))
     return State(
         tilt=estimate.tilt,
         rate=estimate.rate,
@@ -433,7 +433,7 @@ def _compared(
         fixed, vertical, p = afresh.navigation, afresh.vertical, afresh.covariance
         aiding, check = begin_aiding(sample), restarted(check)
     sound = (wheels == 0.0 or trustworthy(check)) and check.trust.doubted == 0.0 and strange < SOUND
-    now = read(fixed, now.rate, sample)
+    now = read(fixed, now.rate, sample, now.held)
     right = check.trust.proven > PROVEN
     sure = check.trust.total == 0.0 and (aiding.calm >= HOLD or right)
     share = 1.0

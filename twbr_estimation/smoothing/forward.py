@@ -158,7 +158,7 @@ def _compared(
     fixed = _carried(p, repaired(nav, error), window.time, sample, c)
     return Pass(
         fixed,
-        read(fixed, now.rate, sample),
+        read(fixed, now.rate, sample, now.held),
         empty_window(),
         Aiding(
             aiding.calm,

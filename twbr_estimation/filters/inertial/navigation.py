@@ -43,8 +43,10 @@ SATURATION_MEMORY = 0.02
 SHOCK = 1.0
 """Change of velocity that one clipped sample may hide [m/s]."""
 JUMP = 0.25
-"""Variance of the mean between two samples per square of their difference; a jump at an
+"""Variance of the mean between two readings per square of their difference; a jump at an
 unknown instant alone gives 1/12."""
+LONGEST_HELD = 0.1
+"""A sensor that repeats its reading for longer stands still or is frozen, and is not slow [s]."""
 TILT_RATE, YAW_RATE = 1.0, 2.0
 """The rates of which what is beyond the gyro's range is estimated."""
 BEND_AT = 2.0
@@ -95,6 +97,9 @@ class InertialReading(NamedTuple):
     """Specific force freed of the estimated errors, level axes [m/s^2]."""
     gyro: Vector
     accel: Vector
+    held: tuple[float, float]
+    """For how long gyro and accelerometer have read just that: more than 0 where a sensor is
+    slower than the samples [s]."""
 
 
 class Window(NamedTuple):
@@ -136,20 +141,36 @@ def rate_beyond(sample: CorrectedSample) -> float:
     return YAW_RATE if sample.gyro_saturated_z > 0.0 else 0.0
 
 
-def read(nav: Navigation, rate: Vector, sample: CorrectedSample) -> InertialReading:
-    """Return what to remember of a sample at the attitude of `nav`."""
-    return _reading(nav.attitude, nav, rate, sample)
+def read(
+    nav: Navigation, rate: Vector, sample: CorrectedSample, held: tuple[float, float]
+) -> InertialReading:
+    """Return what to remember of a sample at the attitude of `nav`; see `InertialReading`."""
+    return _reading(nav.attitude, nav, rate, sample, held)
 
 
 def _reading(
-    attitude: Quaternion, nav: Navigation, rate: Vector, sample: CorrectedSample
+    attitude: Quaternion,
+    nav: Navigation,
+    rate: Vector,
+    sample: CorrectedSample,
+    held: tuple[float, float],
 ) -> InertialReading:
     body, bias = matrix_of(attitude), nav.accel_bias
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     back, ahead = bend_shares(accel[0])
     forward = accel[0] - bias[0] - (back * nav.bend[0] + ahead * nav.bend[1])
     force = rotated(body, (forward, accel[1] - bias[1], accel[2] - bias[2]))
-    return InertialReading(body, rate, force, (sample.gyro_x, sample.gyro_y, sample.gyro_z), accel)
+    gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
+    return InertialReading(body, rate, force, gyro, accel, held)
+
+
+def _held(last: InertialReading, sample: CorrectedSample) -> tuple[float, float]:
+    """Return for how long the readings of a sample have been the same [s]."""
+    gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z) == last.gyro
+    accel = (sample.accel_x, sample.accel_y, sample.accel_z) == last.accel
+    rated = min(last.held[0] + sample.dt, LONGEST_HELD) if gyro else 0.0
+    felt = min(last.held[1] + sample.dt, LONGEST_HELD) if accel else 0.0
+    return rated, felt
 
 
 def bend_shares(forward: float) -> tuple[float, float]:
@@ -189,7 +210,7 @@ def integrate(
     dt, v, p = sample.dt, nav.velocity, nav.position
     rate = body_rate(nav, sample)
     attitude = turned(nav.attitude, last.rate, rate, dt)
-    now = _reading(attitude, nav, rate, sample)
+    now = _reading(attitude, nav, rate, sample, _held(last, sample))
     before, after, half = last.force, now.force, 0.5 * dt
     gain_x = half * (before[0] + after[0])
     gain_y = half * (before[1] + after[1])
@@ -234,6 +255,10 @@ def extend(
     turn, push, t, p = window.turn, window.push, window.turn_noise, window.push_noise
     accel, before = now.accel, last.accel
     back, ahead = bend_shares(accel[0])
+    rated, felt = dt + last.held[0], dt + last.held[1]
+    a, b, c = rated * (gyro[0] - was[0]), rated * (gyro[1] - was[1]), rated * (gyro[2] - was[2])
+    d, e = felt * (accel[0] - before[0]), felt * (accel[1] - before[1])
+    f = felt * (accel[2] - before[2])
     return Window(
         window.time + dt,
         (tilting, turning),
@@ -241,37 +266,29 @@ def extend(
         (push[0] + dt * force[0], push[1] + dt * force[1], push[2] + dt * force[2]),
         (window.bend[0] + dt * back, window.bend[1] + dt * ahead),
         (
-            t[0]
-            + _turn_noise(sample.gyro_variance_x, sample.gyro_saturated_x, gyro[0] - was[0], dt),
-            t[1] + _turn_noise(known_y, 0.0, gyro[1] - was[1], dt),
-            t[2] + _turn_noise(known_z, clip_z, gyro[2] - was[2], dt),
+            t[0] + _turn_noise(sample.gyro_variance_x, sample.gyro_saturated_x, a, dt),
+            t[1] + _turn_noise(known_y, 0.0, b, dt),
+            t[2] + _turn_noise(known_z, clip_z, c, dt),
         ),
         (
-            p[0]
-            + _push_noise(
-                sample.accel_variance_x, sample.accel_saturated_x, accel[0] - before[0], dt
-            ),
-            p[1]
-            + _push_noise(
-                sample.accel_variance_y, sample.accel_saturated_y, accel[1] - before[1], dt
-            ),
-            p[2]
-            + _push_noise(
-                sample.accel_variance_z, sample.accel_saturated_z, accel[2] - before[2], dt
-            ),
+            p[0] + _push_noise(sample.accel_variance_x, sample.accel_saturated_x, d, dt),
+            p[1] + _push_noise(sample.accel_variance_y, sample.accel_saturated_y, e, dt),
+            p[2] + _push_noise(sample.accel_variance_z, sample.accel_saturated_z, f, dt),
         ),
     )
 
 
 def _turn_noise(variance: float, saturated: float, jump: float, dt: float) -> float:
+    """Return the variance of a turn; `jump` is that of the rate times how long it was held."""
     memory = max(dt, SATURATION_MEMORY) if saturated > 0.0 else dt
-    return dt * (memory * variance + dt * JUMP * jump * jump)
+    return dt * memory * variance + JUMP * jump * jump
 
 
 def _push_noise(variance: float, saturated: float, jump: float, dt: float) -> float:
+    """Return the variance of a push, as `_turn_noise` does."""
     if saturated > 0.0:
         return SHOCK * SHOCK
-    return dt * dt * (variance + JUMP * jump * jump)
+    return dt * dt * variance + JUMP * jump * jump
 
 
 def repaired(nav: Navigation, error: Array) -> Navigation:
