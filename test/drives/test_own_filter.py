@@ -54,6 +54,21 @@ def test_an_own_filter_gives_the_same_compiled_and_interpreted(
     assert twbr.Estimator(mine).step(0.0, (0, 0, 0), (0, 0, 9.81)).tilt == 0.0
 
 
+def test_an_own_filter_that_cannot_start_with_a_sample_may_start_with_the_next() -> None:
+    mine, failures = loaded(OWN).MINE, [ArithmeticError("no")]
+
+    def reset(*arguments: Any) -> Any:
+        if failures:
+            raise failures.pop()
+        return mine.reset(*arguments)
+
+    estimator = twbr.Estimator(replace(mine, reset=reset), machine_code=False)
+    with pytest.raises(ArithmeticError):
+        estimator.step(0.0, (0, 0, 0), (0, 0, 9.81))
+    for _ in range(3):
+        assert estimator.step(0.01, (0, 0, 0), (0, 0, 9.81)).tilt == 0.0
+
+
 def test_a_change_of_its_file_is_seen_at_once(
     drive: twbr.Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

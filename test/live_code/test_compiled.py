@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import os
+import pickle
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -174,6 +177,21 @@ def test_an_estimator_steps_by_machine_code_only_where_it_is_that_of_its_filter(
             assert estimate == given[index], index
         by_code.append(len(set(steps)))
     assert by_code == [2, 0, 1]  # correction and filter, none, correction
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_a_copy_of_an_estimator_goes_on_as_the_original(
+    folder: Path, copied: Callable[[Estimator], Estimator]
+) -> None:
+    original = Estimator(NAME)
+    for raw in islice(raw_samples(), 300):
+        original.step(raw.dt, raw[1:4], raw[4:7], raw.wheel_angle)
+    other = copied(original)
+    for raw in islice(raw_samples(), 300, 600):
+        one, two = (
+            each.step(raw.dt, raw[1:4], raw[4:7], raw.wheel_angle) for each in (original, other)
+        )
+        assert one == two and original.trusted == other.trusted
 
 
 def test_a_successor_takes_the_estimate_over(folder: Path) -> None:

@@ -42,7 +42,7 @@ def loaded(name: str) -> Function | None:
 
 @cache
 def function_of(found: files.ObjectCode, kind: Any) -> Function:
-    """Return the function in an object file, which is loaded once.
+    """Return the function in an object file, which is loaded at the first call only.
 
     Args:
         found: the object file.

@@ -10,7 +10,7 @@ accel_z; the rate is gyro_y.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..robot import Setup
 from ..samples import RESTART_GAP, CorrectedSample, Sample, is_silent, is_weightless, wrapped
@@ -332,6 +332,11 @@ class Corrector:
         """Use other coefficients from the next sample on; the past stays."""
         self._leave()
         self._coefficients = derive(setup)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy goes on from: interpreted, with the same numbers."""
+        state = self._state if self._code is None or not self._in_code else self._code.state()
+        return {**self.__dict__, "_state": state, "_code": None, "_in_code": False}
 
     def _leave(self) -> None:
         """Take the state back from the machine code."""

@@ -82,6 +82,12 @@ class WatchedFilter(TiltFilter):
             self._interpreted_state, self._interpreted_watch = self._looked_at()
             self._in_code = False
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy goes on from: interpreted, with the same numbers."""
+        state, watched = self._looked_at()
+        own = {"_interpreted_state": state, "_interpreted_watch": watched, "_seen": None}
+        return {**self.__dict__, **own, "_code": None, "_in_code": False}
+
     def _looked_at(self) -> tuple[Any | None, Watch | None]:
         """Return state and judgement; where they lie with the machine code, they stay there."""
         if not self._in_code or self._code is None:

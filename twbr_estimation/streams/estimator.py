@@ -114,6 +114,8 @@ class Estimator:
             turned = wheel_reading(0, _numbers("wheels", wheels, (1, 2), FARTHEST, "rad"))[1:]
         if motors is not None:
             driven = motor_command(0, _numbers("motors", motors, (1, 2), LARGEST_VOLTAGE, "V"))[1:]
+        if first:  # also where an own filter could not start with the one before
+            self._corrector.reset()
         sample = Sample._make((0.0 if first else elapsed, *readings, *turned, *driven))
         corrected = self._corrector.step(sample)
         self._checks.add(corrected)
