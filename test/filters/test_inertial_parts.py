@@ -44,7 +44,12 @@ from twbr_estimation.filters.inertial.learnt import (
     remembered,
     strangeness,
 )
-from twbr_estimation.filters.inertial.navigation import Navigation, read
+from twbr_estimation.filters.inertial.navigation import (
+    LONGEST_HELD,
+    Navigation,
+    integrate,
+    read,
+)
 from twbr_estimation.filters.inertial.parameters import Parameters, derive
 from twbr_estimation.filters.inertial.restart import (
     begin_navigation,
@@ -75,6 +80,8 @@ from twbr_estimation.simulation import simulate
 
 LEVEL = matrix_of((1.0, 0.0, 0.0, 0.0))
 DT = 0.005
+READ_ANEW = (0.0, 0.0)
+"""Gyro and accelerometer that read something new at each sample."""
 
 
 def sample(**readings: float) -> CorrectedSample:
@@ -157,23 +164,36 @@ def test_the_velocity_is_unknown_where_wheels_come_back() -> None:
 
 @pytest.mark.parametrize("axis", ["gyro_saturated_y", "accel_saturated_x"])
 def test_a_clipped_reading_is_no_rest_however_unsure_it_is(axis: str) -> None:
-    quiet, upright = (0.0, 0.0, 0.0), (0.0, 0.0, STANDARD_GRAVITY)
+    quiet = (0.0, 0.0, 0.0)
     stillness = begin_stillness(sample())
     for _ in range(200):
-        stillness = noticed(stillness, sample(), quiet, upright)
+        stillness = noticed(stillness, sample(), READ_ANEW)
     hit = sample(gyro_y=4.36, gyro_variance_y=100.0, accel_variance_x=100.0)._replace(**{axis: 1.0})
     assert is_still(stillness, quiet, False, 0.0)
-    assert not is_still(noticed(stillness, hit, quiet, upright), quiet, False, 0.0)
+    assert not is_still(noticed(stillness, hit, READ_ANEW), quiet, False, 0.0)
 
 
 @pytest.mark.parametrize(("gap", "rests"), [(DT, True), (0.4, False)])
 def test_a_silence_is_no_rest(gap: float, rests: bool) -> None:
-    quiet, upright = (0.0, 0.0, 0.0), (0.0, 0.0, STANDARD_GRAVITY)
+    quiet = (0.0, 0.0, 0.0)
     stillness = begin_stillness(sample())
     for index in range(200):
         reading = sample(dt=gap) if index == 199 else sample()
-        stillness = noticed(stillness, reading, quiet, upright)
+        stillness = noticed(stillness, reading, READ_ANEW)
     assert is_still(stillness, quiet, False, 0.0) is rests
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.999])
+def test_a_reading_is_known_to_be_held_also_where_it_is_scaled_meanwhile(factor: float) -> None:
+    nav = begin_navigation((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    first = sample(gyro_y=0.3, accel_x=1.0)
+    now = read(nav, (0.0, 0.3, 0.0), first, READ_ANEW)
+    scaled = {axis: factor * getattr(first, axis) for axis in ("accel_x", "accel_y", "accel_z")}
+    for count in range(1, 40):
+        nav, now = integrate(nav, now, first._replace(**scaled), (0.0, 0.0, 0.0), 1.0)
+        assert now.held == pytest.approx((min(count * DT, LONGEST_HELD),) * 2)
+    _, now = integrate(nav, now, sample(gyro_y=0.3, accel_x=1.1), (0.0, 0.0, 0.0), 1.0)
+    assert now.held == (LONGEST_HELD, 0.0)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 1.2])
@@ -270,7 +290,7 @@ def test_a_body_that_lies_still_proves_no_wheels(still: bool, proof: bool) -> No
     check = condemned(begin_check())._replace(known=1.0, waiting=0.0, slow=moved, fast=moved)
     for _ in range(40):
         reading = sample(wheel_count=2.0)
-        now = read(nav, (0.0, 0.0, 0.0), reading, (0.0, 0.0))
+        now = read(nav, (0.0, 0.0, 0.0), reading, READ_ANEW)
         check = checked(check, reading, now, 1e-4, 0.0, geometry, still, False)
     assert (check.trust.proven > 0.1) is proof
 
@@ -352,7 +372,7 @@ def test_wheels_that_are_wrong_from_the_start_are_condemned_by_their_first_move(
         reading = sample(
             accel_x=forward, wheel_angle=factor * travelled / geometry.wheel_radius, wheel_count=2.0
         )
-        now = read(nav, (0.0, 0.0, 0.0), reading, (0.0, 0.0))
+        now = read(nav, (0.0, 0.0, 0.0), reading, READ_ANEW)
         check = first_checked(check, reading, now, LEVEL, 0.0, geometry, False, False)
         if passed_first(check):
             break
@@ -371,6 +391,6 @@ def test_right_wheels_are_not_condemned_in_a_spin_whose_first_vertical_is_wrong(
         turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         leaning = tuple((lean @ turn).ravel().tolist())
         reading = sample(gyro_z=10.0, wheel_angle=0.01 * k * DT, wheel_count=2.0)
-        now = read(nav, (0.0, 0.0, 10.0), reading, (0.0, 0.0))
+        now = read(nav, (0.0, 0.0, 10.0), reading, READ_ANEW)
         check = first_checked(check, reading, now, leaning, 0.0, geometry, False, False)
     assert check.trust.ignored == 0.0

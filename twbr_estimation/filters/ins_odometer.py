@@ -281,7 +281,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     sample = _adjusted(state, gravity, sample, c)
     geometry, last = c.geometry, state.last
     nav, now = integrate(state.navigation, last, sample, geometry.lever, c.room_time)
-    stillness = noticed(state.stillness, sample, last.gyro, last.accel)
+    stillness = noticed(state.stillness, sample, now.held)
     clipping = clipped(state.clipping, last.gyro[1], sample)
     unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)

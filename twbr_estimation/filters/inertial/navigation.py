@@ -30,6 +30,7 @@ from .strapdown import (
     Matrix,
     Quaternion,
     Vector,
+    cross,
     heading_of,
     matrix_of,
     product,
@@ -47,6 +48,8 @@ JUMP = 0.25
 unknown instant alone gives 1/12."""
 LONGEST_HELD = 0.1
 """A sensor that repeats its reading for longer stands still or is frozen, and is not slow [s]."""
+SAME_FORCE = 1e-9
+"""Largest cross product of two specific forces that are one reading [m^2/s^4]."""
 TILT_RATE, YAW_RATE = 1.0, 2.0
 """The rates of which what is beyond the gyro's range is estimated."""
 BEND_AT = 2.0
@@ -167,7 +170,8 @@ def _reading(
 def _held(last: InertialReading, sample: CorrectedSample) -> tuple[float, float]:
     """Return for how long the readings of a sample have been the same [s]."""
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z) == last.gyro
-    accel = (sample.accel_x, sample.accel_y, sample.accel_z) == last.accel
+    x, y, z = cross(last.accel, (sample.accel_x, sample.accel_y, sample.accel_z))
+    accel = max(abs(x), abs(y), abs(z)) < SAME_FORCE  # which may be scaled meanwhile
     rated = min(last.held[0] + sample.dt, LONGEST_HELD) if gyro else 0.0
     felt = min(last.held[1] + sample.dt, LONGEST_HELD) if accel else 0.0
     return rated, felt

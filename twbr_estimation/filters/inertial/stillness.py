@@ -90,14 +90,14 @@ def is_still(stillness: Stillness, bias: Vector, wheels: bool, unseen: float) ->
     return slow or stillness.time >= SURE_AFTER
 
 
-def noticed(stillness: Stillness, sample: CorrectedSample, rate: Vector, felt: Vector) -> Stillness:
+def noticed(stillness: Stillness, sample: CorrectedSample, held: tuple[float, float]) -> Stillness:
     """Return the stillness one sample later.
 
     Args:
         stillness: one sample ago.
         sample: the new one.
-        rate: the last reading of the gyro; a sensor that froze while it turned repeats it [rad/s].
-        felt: the same of the accelerometer [m/s^2].
+        held: for how long gyro and accelerometer have read just that; what froze while it turned
+            repeats its reading [s].
     """
     if sample.dt > SILENT or is_saturated(sample):
         return begin_stillness(sample)
@@ -115,10 +115,7 @@ def noticed(stillness: Stillness, sample: CorrectedSample, rate: Vector, felt: V
     accel = (accel[0] + share * x, accel[1] + share * y, accel[2] + share * z)
     if max(abs(gyro[0]), abs(gyro[1]), abs(gyro[2])) > LARGEST_BIAS:
         return begin_stillness(sample)
-    again = (sample.gyro_x, sample.gyro_y, sample.gyro_z) == rate
-    x, y, z = cross(felt, (sample.accel_x, sample.accel_y, sample.accel_z))  # which may be scaled
-    again = again and max(abs(x), abs(y), abs(z)) < 1e-9
-    if again and max(abs(gyro[0]), abs(gyro[1]), abs(gyro[2])) > SLOW_TURNING:
+    if min(held) > 0.0 and max(abs(gyro[0]), abs(gyro[1]), abs(gyro[2])) > SLOW_TURNING:
         return begin_stillness(sample)
     force = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if abs(force - STANDARD_GRAVITY) > GRAVITY_SHARE * STANDARD_GRAVITY:
