@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -243,9 +244,40 @@ def test_the_gyros_own_delay_is_compensated() -> None:
 
 def test_tilt_ahead_is_where_the_rates_lead_to() -> None:
     attitude, rate, time = attitude_at(0.3, (0.1, 0.2, 0.9)), (0.5, -2.0, 1.0), 0.002
-    later = tilt_of(matrix_of(turned(attitude, rate, rate, time)))
+    later = tilt_of(matrix_of(turned(attitude, rate, rate, time, 0.0)))
     assert tilt_ahead(matrix_of(attitude), rate, time) == pytest.approx(later, abs=1e-5)
     assert abs(later - 0.3) > 0.003
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_a_rate_that_the_gyro_held_is_taken_as_linear(share: float) -> None:
+    first, last, time, parts = (0.4, -2.0, 1.0), (-0.6, 3.0, 2.5), 0.04, 400
+    held, true, part = share * time, attitude_at(0.3, (0.1, 0.2, 0.9)), time / parts
+    waited = turned(true, first, first, held, 0.0)
+    rates = np.linspace(first, last, parts + 1).tolist()
+    for before, now in pairwise(rates):
+        true = turned(true, tuple(before), tuple(now), part, 0.0)
+    assert turned(waited, first, last, time - held, held) == pytest.approx(true, abs=3e-5)
+    assert turned(waited, first, last, time - held, 0.0) != pytest.approx(true, abs=1e-2)
+
+
+@pytest.mark.parametrize(("dt", "every"), [(0.005, 2), (0.005, 4), (0.01, 4), (0.002, 5)])
+@pytest.mark.parametrize("held", ["gyro", "accel", "both"])
+def test_sensors_may_be_slower_than_the_samples(held: str, dt: float, every: int) -> None:
+    """What repeats is an instant's reading: the filter waits for the next one."""
+    errors, others = [], []
+    for seed in (5701, 5702, 5703):
+        track, setup, truth = drive("W1", seed, dt)
+        columns = track.columns.copy()
+        names = {"gyro": "gyro", "accel": "accel", "both": ("gyro", "accel")}[held]
+        latest = np.arange(columns.shape[1]) // every * every
+        for row, name in enumerate(CorrectedSample._fields):
+            if name.startswith(names) or (name == "angle" and held != "gyro"):
+                columns[row] = columns[row, latest]
+        slow = CorrectedTrack(track.stamps, columns)
+        errors.append(mse_deg2(run(slow, setup).tilt - truth))
+        others.append(mse_deg2(run(slow, setup, name="complementary").tilt - truth))
+    assert np.mean(errors) < 0.2 * np.mean(others)
 
 
 def broad_figures(shared_data: Path, *, wheels: bool) -> list[float]:

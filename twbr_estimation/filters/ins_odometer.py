@@ -17,6 +17,8 @@ recognised by gyro and accelerometer (`stillness`), and the vertical is then whe
 accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
 as a state of its own, a clipped acceleration leaves the velocity open.
+A sensor that repeats its readings is slower than the samples: its rate is taken as linear between
+two readings, and the Kalman filter waits for the next one, for .1 s at most.
 
 Names in brackets are files of `filters/inertial/`.
 
@@ -90,6 +92,7 @@ from .inertial.navigation import (
     InertialReading,
     Navigation,
     Window,
+    awaits_reading,
     empty_window,
     extend,
     faded,
@@ -328,7 +331,8 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         successor=carried(state.successor, unseen, sample.dt),
         covariance=state.covariance,
     )
-    if moved.window.time < PERIOD and nav.exceeded == rate_beyond(sample):
+    short = moved.window.time < PERIOD or awaits_reading(now, moved.window)
+    if short and nav.exceeded == rate_beyond(sample):
         return moved
     return _compared(moved, unseen, still, sample, c)
 

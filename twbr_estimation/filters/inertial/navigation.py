@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ...samples import STANDARD_GRAVITY, CorrectedSample
+from ...samples import STANDARD_GRAVITY, CorrectedSample, is_saturated
 from .error_state import (
     ACCEL_BIAS,
     BEND,
@@ -168,13 +168,23 @@ def _reading(
 
 
 def _held(last: InertialReading, sample: CorrectedSample) -> tuple[float, float]:
-    """Return for how long the readings of a sample have been the same [s]."""
+    """Return for how long the readings of a sample have been the same [s].
+
+    Beyond its range a sensor repeats the limit, however quick it is.
+    """
+    if is_saturated(sample):
+        return 0.0, 0.0
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z) == last.gyro
     x, y, z = cross(last.accel, (sample.accel_x, sample.accel_y, sample.accel_z))
     accel = max(abs(x), abs(y), abs(z)) < SAME_FORCE  # which may be scaled meanwhile
     rated = min(last.held[0] + sample.dt, LONGEST_HELD) if gyro else 0.0
     felt = min(last.held[1] + sample.dt, LONGEST_HELD) if accel else 0.0
     return rated, felt
+
+
+def awaits_reading(last: InertialReading, window: Window) -> bool:
+    """Whether a sensor that is slower than the samples will soon say what happened meanwhile."""
+    return 0.0 < max(last.held) < LONGEST_HELD and window.time < LONGEST_HELD
 
 
 def bend_shares(forward: float) -> tuple[float, float]:
@@ -213,7 +223,8 @@ def integrate(
     """
     dt, v, p = sample.dt, nav.velocity, nav.position
     rate = body_rate(nav, sample)
-    attitude = turned(nav.attitude, last.rate, rate, dt)
+    rated = last.held[0] if last.held[0] < LONGEST_HELD else 0.0
+    attitude = turned(nav.attitude, last.rate, rate, dt, rated)
     now = _reading(attitude, nav, rate, sample, _held(last, sample))
     before, after, half = last.force, now.force, 0.5 * dt
     gain_x = half * (before[0] + after[0])

@@ -42,19 +42,20 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
     return w * scale, x * scale, y * scale, z * scale
 
 
-def turned(attitude: Quaternion, before: Vector, now: Vector, dt: float) -> Quaternion:
+def turned(attitude: Quaternion, before: Vector, now: Vector, dt: float, held: float) -> Quaternion:
     """Return the attitude after `dt` seconds between two readings of the body rate [rad/s].
 
     The rate is taken as linear in between; the cross product is what a turning axis adds
-    to its mean (coning).
+    to its mean (coning). A first reading that was `held` for some time [s] and integrated as if
+    it were constant is made linear, too.
     """
-    half, coning = 0.5 * dt, dt * dt / 12.0
+    old, new, coning = 0.5 * (dt - held), 0.5 * (dt + held), (dt + held) * (dt - 2.0 * held) / 12.0
     a, b, c = before
     x, y, z = now
     turn = (
-        half * (a + x) + coning * (b * z - c * y),
-        half * (b + y) + coning * (c * x - a * z),
-        half * (c + z) + coning * (a * y - b * x),
+        old * a + new * x + coning * (b * z - c * y),
+        old * b + new * y + coning * (c * x - a * z),
+        old * c + new * z + coning * (a * y - b * x),
     )
     return product(attitude, rotation_of(turn))
 
