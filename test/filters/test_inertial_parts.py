@@ -228,13 +228,18 @@ def test_a_bias_that_wheels_pull_along_is_not_opened_without_bound() -> None:
 def test_what_right_wheels_taught_is_kept_but_a_bias_may_have_drifted() -> None:
     c = derive(Parameters(), Robot())
     first, before = first_covariance(0.01, c), first_covariance(0.01, c)
-    assert np.array_equal(next_covariance(0.01, False, before, c), first)
+    steady, drifting = (0.0, 0.0, 0.0), (0.0, np.radians(0.02), 0.0)
+    assert np.array_equal(next_covariance(0.01, False, before, steady, c), first)
     before[GYRO_BIAS + 1, GYRO_BIAS + 1] = 1e-8  # the others are as unknown as ever
-    following = next_covariance(0.01, True, before, c)
+    following = next_covariance(0.01, True, before, steady, c)
+    drifted = next_covariance(0.01, True, before, drifting, c)
     assert np.array_equal(following[:GYRO_BIAS, :GYRO_BIAS], first[:GYRO_BIAS, :GYRO_BIAS])
     kept = np.diag(following)[GYRO_BIAS:] / np.maximum(np.diag(first)[GYRO_BIAS:], 1e-12)
     assert kept[0] == kept[2] == 1.0
-    assert 0.0 < kept[1] < 0.2
+    assert 0.0 < kept[1] < 0.02
+    assert np.array_equal(
+        np.diag(drifted)[GYRO_BIAS:GYRO_GAIN], np.diag(first)[GYRO_BIAS:GYRO_GAIN]
+    )
     assert np.all(kept[GYRO_GAIN - GYRO_BIAS :] < 0.2)
 
 

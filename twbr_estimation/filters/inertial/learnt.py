@@ -79,6 +79,12 @@ def remembered(memory: LearntBefore, nav: Navigation, sound: bool, time: float) 
     return LearntBefore(memory.newer, learnt_by(nav), 0.0)
 
 
+def bias_drift(memory: LearntBefore) -> Vector:
+    """Return how fast the gyro's bias changed between two memories [rad/s^2]."""
+    (a, b, c), (x, y, z) = memory.older.gyro_bias, memory.newer.gyro_bias
+    return (x - a) / MEMORY_PERIOD, (y - b) / MEMORY_PERIOD, (z - c) / MEMORY_PERIOD
+
+
 def recalled(nav: Navigation, learnt: Learnt) -> Navigation:
     """Return a navigation with the errors of its sensors that were learnt before."""
     return Navigation(

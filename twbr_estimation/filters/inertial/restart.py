@@ -22,7 +22,7 @@ from .error_state import (
     Array,
     forget,
 )
-from .learnt import LearntBefore, learnt_by, recalled
+from .learnt import LearntBefore, bias_drift, learnt_by, recalled
 from .navigation import Navigation
 from .parameters import Coefficients
 from .strapdown import Quaternion, Vector, product, rotation_of
@@ -37,8 +37,10 @@ LOST = 4.0
 LEARNT = 0.1
 """Share of the first variances of the sensors' errors that remains with what right wheels taught
 before; more was learnt, but perhaps some of it in doubt."""
-LEARNT_BIAS = 10.0
-"""So many times the variance of the gyro's bias until now is added to that: it may drift."""
+LEARNT_BIAS, KNOWN_BIAS = 0.01, 3.0
+"""The same of the gyro's bias, and how many times its variance until now is added to that."""
+DRIFTING = 60.0
+"""So long may the gyro's bias go on as it did when wheels were right last [s]."""
 BELIEVED = 0.5
 """Share of its attitude's variance that the navigation is granted at rest."""
 AT_REST_OFF = 0.03
@@ -110,19 +112,24 @@ def doubt_swing(p: Array, swing: Vector) -> None:
             p[VELOCITY + i, VELOCITY + j] += swing[i] * swing[j]
 
 
-def next_covariance(tilt: float, learnt: bool, before: Array, c: Coefficients) -> Array:
+def next_covariance(
+    tilt: float, learnt: bool, before: Array, drift: Vector, c: Coefficients
+) -> Array:
     """Return that of one that begins again.
 
     Args:
         tilt: variance of its tilt [rad^2].
         learnt: whether it has learnt from right wheels.
         before: covariance until now.
+        drift: how fast the gyro's bias changed when that was learnt [rad/s^2].
         c: coefficients.
     """
     p = first_covariance(tilt, c)
     if learnt:
-        for i in range(GYRO_BIAS, GYRO_GAIN):
-            p[i, i] = min(p[i, i], LEARNT * p[i, i] + LEARNT_BIAS * before[i, i])
+        for axis in range(3):
+            i, off = GYRO_BIAS + axis, DRIFTING * drift[axis]
+            known = LEARNT_BIAS * p[i, i] + KNOWN_BIAS * before[i, i] + off * off
+            p[i, i] = min(p[i, i], known)
         for i in range(GYRO_GAIN, STATES):
             p[i, i] *= LEARNT
     return p
@@ -178,7 +185,8 @@ def restarted_at_vertical(
         begin_motion(p, variance, c.geometry.room)
         return Restarted(moved_afresh(nav, attitude), vertical, p)
     afresh = recalled(begin_navigation(attitude, vertical.bias), memory.older)
-    return Restarted(afresh, vertical, next_covariance(variance, learnt, p, c))
+    p = next_covariance(variance, learnt, p, bias_drift(memory), c)
+    return Restarted(afresh, vertical, p)
 
 
 def restarted_at_beginning(
@@ -206,7 +214,8 @@ def restarted_at_beginning(
     attitude = product(rotation_of(turn), nav.attitude)
     velocity = nav.velocity[0] - ahead, nav.velocity[1] - aside, 0.0
     afresh = recalled(begin_navigation(attitude, vertical.bias, velocity), memory.older)
-    p, push = next_covariance(variance, learnt, before, c), STANDARD_GRAVITY * beginning.lasted
+    p = next_covariance(variance, learnt, before, bias_drift(memory), c)
+    push = STANDARD_GRAVITY * beginning.lasted
     for axis, other, gain in ((0, 1, push), (1, 0, -push)):
         p[VELOCITY + axis, VELOCITY + axis] += gain * gain * variance
         p[VELOCITY + axis, ATTITUDE + other] = gain * variance
