@@ -280,6 +280,31 @@ def test_sensors_may_be_slower_than_the_samples(held: str, dt: float, every: int
     assert np.mean(errors) < 0.2 * np.mean(others)
 
 
+def test_a_coarse_gyro_is_right_in_its_steps_and_not_slow() -> None:
+    """Five degrees per second in a step, as behind a converter of ten bits; means of three."""
+    errors = []
+    for seed in (5701, 5702, 5703):
+        track, setup, truth = drive("W1", seed)
+        columns, step = track.columns.copy(), math.radians(5.0)
+        for row, name in enumerate(CorrectedSample._fields):
+            if name in ("gyro_x", "gyro_y", "gyro_z"):
+                columns[row] = step * np.round(columns[row] / step)
+        errors.append(mse_deg2(run(CorrectedTrack(track.stamps, columns), setup).tilt - truth))
+    assert np.mean(errors) < 0.12
+
+
+def test_a_silence_counts_whatever_the_reading_after_it() -> None:
+    """A reading that repeats the last one before a silence does not put off what that hid."""
+    track, setup, _ = drive("W1", 5701)
+    columns, at = track.columns.copy(), 4000
+    for row, name in enumerate(CorrectedSample._fields):
+        if name.startswith(("gyro", "accel")) or name == "angle":
+            columns[row, at] = columns[row, at - 1]
+    columns[CorrectedSample._fields.index("dt"), at] = 0.09
+    found = run(CorrectedTrack(track.stamps, columns), setup).tilt_variance
+    assert found[at] > found[at - 1] + np.radians(0.3) ** 2
+
+
 def broad_figures(shared_data: Path, *, wheels: bool) -> list[float]:
     figures = []
     for trial in sorted((shared_data / "broad_translation").glob("*.mat")):

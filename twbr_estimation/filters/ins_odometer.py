@@ -18,7 +18,7 @@ accelerometer points.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
 as a state of its own, a clipped acceleration leaves the velocity open.
 A sensor that repeats its readings is slower than the samples: its rate is taken as linear between
-two readings, and the Kalman filter waits for the next one, for .1 s at most.
+two readings, and unless the robot falls the Kalman filter waits for the next one, for .1 s at most.
 
 Names in brackets are files of `filters/inertial/`.
 
@@ -165,6 +165,7 @@ from .inertial.wheel_check import (
     restarted,
     trustworthy,
     were_right,
+    were_right_once,
 )
 from .inertial.wheel_remarks import wheel_remarks
 
@@ -331,8 +332,9 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         successor=carried(state.successor, unseen, sample.dt),
         covariance=state.covariance,
     )
-    short = moved.window.time < PERIOD or awaits_reading(now, moved.window)
-    if short and nav.exceeded == rate_beyond(sample):
+    waits = awaits_reading(last, now, moved.window) and not _falls(moved)
+    steady = sample.dt <= GAP and nav.exceeded == rate_beyond(sample)
+    if steady and (waits or moved.window.time < PERIOD):
         return moved
     return _compared(moved, unseen, still, sample, c)
 
@@ -425,7 +427,7 @@ def _compared(
     if biased:
         memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
     if astray or lost or off or biased:
-        learnt = astray and known and not falling
+        learnt = astray and were_right_once(check) and not falling
         if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
             afresh = restarted_at_beginning(fixed, vertical, beginning, p, memory, learnt, c)
             beginning = unrepaired(beginning)

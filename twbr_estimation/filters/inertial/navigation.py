@@ -182,9 +182,20 @@ def _held(last: InertialReading, sample: CorrectedSample) -> tuple[float, float]
     return rated, felt
 
 
-def awaits_reading(last: InertialReading, window: Window) -> bool:
+def _linear_for(last: InertialReading, sample: CorrectedSample) -> float:
+    """Return for how long the last rate stood for one that had begun to change [s].
+
+    Where one axis alone has another reading, a coarse gyro has left a step that it was right in.
+    """
+    was, held = last.gyro, last.held[0]
+    others = (sample.gyro_x != was[0]) + (sample.gyro_y != was[1]) + (sample.gyro_z != was[2])
+    return held if held < LONGEST_HELD and others > 1 else 0.0
+
+
+def awaits_reading(last: InertialReading, now: InertialReading, window: Window) -> bool:
     """Whether a sensor that is slower than the samples will soon say what happened meanwhile."""
-    return 0.0 < max(last.held) < LONGEST_HELD and window.time < LONGEST_HELD
+    renewed = now.held[0] < last.held[0] or now.held[1] < last.held[1]
+    return 0.0 < max(now.held) < LONGEST_HELD and not renewed and window.time < LONGEST_HELD
 
 
 def bend_shares(forward: float) -> tuple[float, float]:
@@ -223,8 +234,7 @@ def integrate(
     """
     dt, v, p = sample.dt, nav.velocity, nav.position
     rate = body_rate(nav, sample)
-    rated = last.held[0] if last.held[0] < LONGEST_HELD else 0.0
-    attitude = turned(nav.attitude, last.rate, rate, dt, rated)
+    attitude = turned(nav.attitude, last.rate, rate, dt, _linear_for(last, sample))
     now = _reading(attitude, nav, rate, sample, _held(last, sample))
     before, after, half = last.force, now.force, 0.5 * dt
     gain_x = half * (before[0] + after[0])

@@ -155,7 +155,12 @@ def misleading(check: WheelCheck) -> bool:
     """
     trust = check.trust
     early = trust.total == 0.0 and trust.since < SLOW
-    return early and trust.longest > RIGHT_ONCE and not trustworthy(check)
+    return early and were_right_once(check) and not trustworthy(check)
+
+
+def were_right_once(check: WheelCheck) -> bool:
+    """Whether the wheels have the right sign, unit and gear, though they may not be proven."""
+    return check.trust.longest > RIGHT_ONCE
 
 
 def were_right(check: WheelCheck) -> bool:
