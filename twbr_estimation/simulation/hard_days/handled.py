@@ -22,7 +22,13 @@ def _turns(step: float, rate: FloatArray) -> FloatArray:
 
 
 def _carried(
-    seed: int, period: float, *, free: bool, one: bool = False, turning: bool = False
+    seed: int,
+    period: float,
+    *,
+    free: bool,
+    one: bool = False,
+    turning: bool = False,
+    walked: float = 0.0,
 ) -> Day:
     random = np.random.default_rng([seed, 1])
     robot = robot_of(random)
@@ -41,7 +47,7 @@ def _carried(
     rolling = np.cumsum(np.gradient(ahead) * (1.0 - held))
     position = np.stack(
         [
-            rolling + held * sway[0] + 2.0 * turning * ramp(time, begin + 2.0, end - 2.0),
+            rolling + held * sway[0] + walked * ramp(time, begin + 2.0, end - 2.0),
             held * sway[1],
             0.5 * held,
         ],
@@ -63,7 +69,12 @@ def carried_wheels_stand(seed: int, period: float) -> Day:
 
 def carried_one_encoder(seed: int, period: float) -> Day:
     """The same with one encoder, carried round corners over some metres."""
-    return _carried(seed, period, free=False, one=True, turning=True)
+    return _carried(seed, period, free=False, one=True, turning=True, walked=2.0)
+
+
+def carried_straight(seed: int, period: float) -> Day:
+    """The same with two encoders, carried straight ahead: at first the walk looks like a lean."""
+    return _carried(seed, period, free=False, walked=3.0)
 
 
 def carried_wheels_run(seed: int, period: float) -> Day:
@@ -152,6 +163,7 @@ def spun_in_hand(seed: int, period: float) -> Day:
 DAYS: dict[str, Maker] = {
     "carried, wheels stand": carried_wheels_stand,
     "carried, one encoder": carried_one_encoder,
+    "carried straight ahead": carried_straight,
     "carried, wheels run": carried_wheels_run,
     "lifted 2 s, wheels run": lifted,
     "held against a wall": against_a_wall,

@@ -182,6 +182,20 @@ def bias_drifts(seed: int, period: float) -> Day:
     return replace(day, recording=replace(day.recording, imu=replace(imu, gyro=gyro)))
 
 
+def slow_sensors(seed: int, period: float) -> Day:
+    """Gyro and accelerometer read anew every 20 ms and repeat that in between."""
+    random = np.random.default_rng([seed, 26])
+    robot = robot_of(random)
+    step, time = clock(period, DURATION)
+    tilt, ahead = balancing(time, random)
+    motion = planar(step, tilt, ahead)
+    day = recorded("slow", motion, rolled_angle(motion, ahead, robot), robot, period, seed)
+    imu, every = day.recording.imu, max(round(0.02 / period), 1)
+    latest = np.arange(imu.stamps.size) // every * every
+    held = ImuTrack(imu.stamps, imu.gyro[latest], imu.accel[latest])
+    return replace(day, recording=replace(day.recording, imu=held))
+
+
 DAYS: dict[str, Maker] = {
     "leans motionless for 5 min": leans_motionless,
     "turned on a shaft, no wheels": turned_on_a_shaft,
@@ -193,4 +207,5 @@ DAYS: dict[str, Maker] = {
     "accelerometer 15 mg off": accelerometer_off,
     "first sample zeros": first_sample_zeros,
     "gyro bias drifts 2 deg/s": bias_drifts,
+    "sensors read every 20 ms": slow_sensors,
 }
