@@ -7,6 +7,7 @@ Every node is created, simulated where it can be, and asked; nothing is listed b
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module
@@ -26,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import twbr_estimation.nodes
 from twbr_estimation.filters import filters
 from twbr_estimation.nodes.correction_node import CorrectionNode
+from twbr_estimation.nodes.serial_node import SerialNode
 
 HEAD = """# Nodes and topics
 
@@ -116,8 +118,12 @@ def node_kinds(module: ModuleType) -> list[type[Node]]:
 
 def section(kind: type[Node], context: Context) -> Iterator[str]:
     """Yield the lines about one node: tables of topics, services and parameters."""
-    bag, simulated = Parameter("bag", value=str(BAG)), Parameter("simulated", value=True)
-    running = kind(context=context, parameter_overrides=[bag, simulated])
+    far_end, port = os.openpty()
+    given: dict[str, Any] = {"bag": str(BAG), "simulated": True}
+    if kind is SerialNode:
+        given |= {"port": os.ttyname(port), "format": "frames"}  # which need no description
+    values = [Parameter(name, value=value) for name, value in given.items()]
+    running = kind(context=context, parameter_overrides=values)
     plain = plain_node(kind, context)
     try:
         if issubclass(kind, LifecycleNode):
@@ -131,6 +137,8 @@ def section(kind: type[Node], context: Context) -> Iterator[str]:
     finally:
         running.destroy_node()
         plain.destroy_node()
+        os.close(port)
+        os.close(far_end)
 
 
 def plain_node(kind: type[Node], context: Context) -> Node:

@@ -32,7 +32,7 @@ from ..streams.device.clock import DeviceClock
 from ..streams.device.lines import NANOSECOND, LineDecoder
 from ..streams.device.port import PortStream, text_decoder
 from ..streams.messages import ImuEncoder, JointStateEncoder
-from .declarations import declarations_of, settings_from
+from .declarations import declarations_of, settings_from, with_choices
 from .diagnostics import Diagnostics, Level, Report
 from .lifecycle import DeviceNode
 from .parameters import NodeParameters
@@ -113,8 +113,10 @@ class SerialNode(DeviceNode):
     def __init__(self, **options: Any) -> None:
         """Create the node."""
         super().__init__("serial_node", **options)
+        declared = declarations_of(SerialSettings())
+        clocks = (Stamps.DEVICE.value, Stamps.ARRIVAL.value)  # bytes have no header
         self.settings = NodeParameters(
-            self, declarations_of(SerialSettings()), SerialSettings(), self._build
+            self, with_choices(declared, "stamps", clocks), SerialSettings(), self._build
         )
         self._port: Any = None
         self._stream: PortStream | None = None
