@@ -335,10 +335,12 @@ class Corrector:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy goes on from: interpreted, with the same numbers."""
-        state = self._state if self._code is None or not self._in_code else self._code.state()
-        return {**self.__dict__, "_state": state, "_code": None, "_in_code": False}
+        return {**self.__dict__, "_state": self._looked_at(), "_code": None, "_in_code": False}
 
     def _leave(self) -> None:
         """Take the state back from the machine code."""
-        if self._in_code and self._code is not None:
-            self._state, self._in_code = self._code.state(), False
+        self._state, self._in_code = self._looked_at(), False
+
+    def _looked_at(self) -> State | None:
+        """Return the state; where it lies with the machine code, it stays there."""
+        return self._state if self._code is None or not self._in_code else self._code.state()
