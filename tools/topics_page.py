@@ -118,10 +118,10 @@ def node_kinds(module: ModuleType) -> list[type[Node]]:
 
 def section(kind: type[Node], context: Context) -> Iterator[str]:
     """Yield the lines about one node: tables of topics, services and parameters."""
-    far_end, port = os.openpty()
+    ends = os.openpty() if kind is SerialNode else ()
     given: dict[str, Any] = {"bag": str(BAG), "simulated": True}
-    if kind is SerialNode:
-        given |= {"port": os.ttyname(port), "format": "frames"}  # which need no description
+    if ends:
+        given |= {"port": os.ttyname(ends[1]), "format": "frames"}  # which need no description
     values = [Parameter(name, value=value) for name, value in given.items()]
     running = kind(context=context, parameter_overrides=values)
     plain = plain_node(kind, context)
@@ -137,8 +137,8 @@ def section(kind: type[Node], context: Context) -> Iterator[str]:
     finally:
         running.destroy_node()
         plain.destroy_node()
-        os.close(port)
-        os.close(far_end)
+        for end in ends:
+            os.close(end)
 
 
 def plain_node(kind: type[Node], context: Context) -> Node:

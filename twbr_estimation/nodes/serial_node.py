@@ -39,6 +39,9 @@ from .parameters import NodeParameters
 from .qos import overridable, published
 from .spin import run
 
+CLOCKS = (Stamps.DEVICE, Stamps.ARRIVAL)
+"""Clocks that can stamp what has no header."""
+
 
 class Format(Enum):
     """Format of the bytes on the port."""
@@ -84,7 +87,7 @@ class SerialSettings:
             ConfigurationError: a value out of bounds, or a combination that cannot work.
         """
         require_bounds(self)
-        if self.stamps is Stamps.HEADER:
+        if self.stamps not in CLOCKS:
             raise ConfigurationError("stamps: header: a serial port has none; device or arrival")
         if not 1 <= len(self.joint_names) <= 2:
             raise ConfigurationError(f"joint_names: {len(self.joint_names)} given, needed 1 or 2")
@@ -113,11 +116,10 @@ class SerialNode(DeviceNode):
     def __init__(self, **options: Any) -> None:
         """Create the node."""
         super().__init__("serial_node", **options)
-        declared = declarations_of(SerialSettings())
-        clocks = (Stamps.DEVICE.value, Stamps.ARRIVAL.value)  # bytes have no header
-        self.settings = NodeParameters(
-            self, with_choices(declared, "stamps", clocks), SerialSettings(), self._build
+        declared = with_choices(
+            declarations_of(SerialSettings()), "stamps", [each.value for each in CLOCKS]
         )
+        self.settings = NodeParameters(self, declared, SerialSettings(), self._build)
         self._port: Any = None
         self._stream: PortStream | None = None
         self._opened = 0
