@@ -168,14 +168,17 @@ def first_sample_zeros(seed: int, period: float) -> Day:
     return replace(day, recording=recording, setup=replace(day.setup, calibration=calibration))
 
 
-def bias_drifts(seed: int, period: float) -> Day:
-    """The gyro's bias moves by 2 deg/s within 20 s."""
-    random = np.random.default_rng([seed, 25])
+def _balances(name: str, seed: int, period: float, random: np.random.Generator) -> Day:
     robot = robot_of(random)
     step, time = clock(period, DURATION)
     tilt, ahead = balancing(time, random)
     motion = planar(step, tilt, ahead)
-    day = recorded("bias", motion, rolled_angle(motion, ahead, robot), robot, period, seed)
+    return recorded(name, motion, rolled_angle(motion, ahead, robot), robot, period, seed)
+
+
+def bias_drifts(seed: int, period: float) -> Day:
+    """The gyro's bias moves by 2 deg/s within 20 s."""
+    day = _balances("bias", seed, period, np.random.default_rng([seed, 25]))
     imu = day.recording.imu
     moved = 2.0 * DEGREE * ramp((imu.stamps - imu.stamps[0]) * 1e-9, 20.0, 40.0)
     gyro = imu.gyro + moved[:, None] * (0.0, 1.0, 0.0)
@@ -184,12 +187,7 @@ def bias_drifts(seed: int, period: float) -> Day:
 
 def slow_sensors(seed: int, period: float) -> Day:
     """Gyro and accelerometer read anew every 20 ms and repeat that in between."""
-    random = np.random.default_rng([seed, 26])
-    robot = robot_of(random)
-    step, time = clock(period, DURATION)
-    tilt, ahead = balancing(time, random)
-    motion = planar(step, tilt, ahead)
-    day = recorded("slow", motion, rolled_angle(motion, ahead, robot), robot, period, seed)
+    day = _balances("slow", seed, period, np.random.default_rng([seed, 27]))
     imu, every = day.recording.imu, max(round(0.02 / period), 1)
     latest = np.arange(imu.stamps.size) // every * every
     held = ImuTrack(imu.stamps, imu.gyro[latest], imu.accel[latest])
