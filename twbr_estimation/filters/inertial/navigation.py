@@ -182,18 +182,21 @@ def _held(last: InertialReading, sample: CorrectedSample) -> tuple[float, float]
     return rated, felt
 
 
-def _linear_for(last: InertialReading, sample: CorrectedSample) -> float:
-    """Return for how long the last rate stood for one that had begun to change [s].
+def _repeated_for(last: InertialReading, sample: CorrectedSample) -> float:
+    """Return for how long a slow gyro had repeated its last reading; 0 of a quick one [s].
 
     Where one axis alone has another reading, a coarse gyro has left a step that it was right in.
     """
     was, held = last.gyro, last.held[0]
-    others = (sample.gyro_x != was[0]) + (sample.gyro_y != was[1]) + (sample.gyro_z != was[2])
-    return held if held < LONGEST_HELD and others > 1 else 0.0
+    changed = (sample.gyro_x != was[0]) + (sample.gyro_y != was[1]) + (sample.gyro_z != was[2])
+    return held if held < LONGEST_HELD and changed > 1 else 0.0
 
 
 def awaits_reading(last: InertialReading, now: InertialReading, window: Window) -> bool:
-    """Whether a sensor that is slower than the samples will soon say what happened meanwhile."""
+    """Whether a sensor that is slower than the samples will soon say what happened meanwhile.
+
+    One that has just said so ends it: of two that are out of step, one always repeats itself.
+    """
     renewed = now.held[0] < last.held[0] or now.held[1] < last.held[1]
     return 0.0 < max(now.held) < LONGEST_HELD and not renewed and window.time < LONGEST_HELD
 
@@ -234,7 +237,7 @@ def integrate(
     """
     dt, v, p = sample.dt, nav.velocity, nav.position
     rate = body_rate(nav, sample)
-    attitude = turned(nav.attitude, last.rate, rate, dt, _linear_for(last, sample))
+    attitude = turned(nav.attitude, last.rate, rate, dt, _repeated_for(last, sample))
     now = _reading(attitude, nav, rate, sample, _held(last, sample))
     before, after, half = last.force, now.force, 0.5 * dt
     gain_x = half * (before[0] + after[0])
