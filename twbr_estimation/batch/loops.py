@@ -16,7 +16,7 @@ import numpy as np
 
 from ..filters.base import Filter
 from ..live_code import files
-from ..live_code.layout import Form, Layout, form_of, numbers_of
+from ..live_code.layout import Form, Layout, form_of
 from ..live_code.loading import Function, function_of, processor
 from ..pipeline import correction
 from ..recording import FloatArray
@@ -43,6 +43,8 @@ class CompiledLoop:
             layouts: of its coefficients and state.
         """
         self._entry, self._layouts = entry, layouts
+        self._write_coefficients = layouts.coefficients.writer()
+        self._write_state = layouts.state.writer()
         self._state_of = layouts.state.plain_reader()
         self._name = CORRECTION if entry is None else entry.name
         self._made = _made_for(layouts) if entry is None or is_ours(entry) else ""
@@ -78,7 +80,9 @@ class CompiledLoop:
         self.compile()
         function = cast("Function", self._function)
         columns = np.ascontiguousarray(columns)
-        chosen, kept = (np.array(numbers_of(each), float) for each in (coefficients, state))
+        chosen, kept = (np.empty(each.size) for each in self._layouts)
+        self._write_coefficients(coefficients, chosen)
+        self._write_state(state, kept)
         arrays = (each.ctypes.data for each in (columns, chosen, kept, results))
         function(columns.shape[1], first, *arrays)
         return self._state_of(kept)
@@ -132,9 +136,15 @@ def loop_of_filter(
     Raises:
         LayoutError: coefficients or state hold something else than numbers.
     """
-    with suppress(ArithmeticError, ValueError), np.errstate(all="ignore"):
-        state = entry.step(state, first, coefficients)  # numbers may be whole only at the start
-    return _loop(entry, coefficients, state)
+    start = entry, form_of(coefficients), form_of(state)
+    if start not in _by_start:
+        with suppress(ArithmeticError, ValueError), np.errstate(all="ignore"):
+            state = entry.step(state, first, coefficients)  # numbers may be whole only at the start
+        found = _loop(entry, coefficients, state)
+        if not is_ours(entry):  # whose numbers may be whole by chance
+            return found
+        _by_start[start] = found
+    return _by_start[start]
 
 
 def _loop(entry: Filter | None, coefficients: Any, state: Any) -> CompiledLoop:
@@ -150,6 +160,7 @@ def _loop(entry: Filter | None, coefficients: Any, state: Any) -> CompiledLoop:
 
 _loops: dict[tuple[Filter | None, str], CompiledLoop] = {}
 _by_form: dict[tuple[Filter | None, Form, Form], CompiledLoop] = {}
+_by_start: dict[tuple[Filter, Form, Form], CompiledLoop] = {}
 
 
 @lru_cache
