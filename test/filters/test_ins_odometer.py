@@ -244,10 +244,23 @@ def test_the_gyros_own_delay_is_compensated() -> None:
 
 
 def test_tilt_ahead_is_where_the_rates_lead_to() -> None:
-    attitude, rate, time = attitude_at(0.3, (0.1, 0.2, 0.9)), (0.5, -2.0, 1.0), 0.002
-    later = tilt_of(matrix_of(turned(attitude, rate, rate, time, 0.0)))
-    assert tilt_ahead(matrix_of(attitude), rate, time) == pytest.approx(later, abs=1e-5)
-    assert abs(later - 0.3) > 0.003
+    attitude, time = attitude_at(0.3, (0.1, 0.2, 0.9)), 0.002
+    body = matrix_of(attitude)
+    for rate in ((0.5, -2.0, 1.0), (3.0, 40.0, -5.0)):
+        later = tilt_of(matrix_of(turned(attitude, rate, rate, time, 0.0)))
+        ahead = tilt_ahead(tilt_of(body), body, rate, time)
+        assert ahead == pytest.approx(later, abs=0.03 * abs(later - 0.3))
+        assert abs(later - 0.3) > 0.003
+
+
+@pytest.mark.parametrize("tilt", [-3.14159, -1.6, 0.0, 0.7, 3.14159])
+@pytest.mark.parametrize("rate", [-24.9, -0.3, 0.0, 1e-9, 24.9, 26.0])
+def test_tilt_ahead_is_the_angle_of_the_turned_vertical(tilt: float, rate: float) -> None:
+    """By series within a small turn, and by the angle beyond."""
+    body = matrix_of(attitude_at(tilt, (0.0, 0.1, 1.0)))
+    x, z = body[6] - 0.002 * body[8] * rate, body[8] + 0.002 * body[6] * rate
+    ahead = tilt_ahead(tilt_of(body), body, (0.0, rate, 0.0), 0.002)
+    assert ahead == pytest.approx(math.atan2(-x, z), abs=1e-12)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.9])

@@ -13,7 +13,7 @@ from twbr_estimation.errors import ConfigurationError, RecordingError
 from twbr_estimation.filters import filter_named
 from twbr_estimation.filters.inertial.error_growth import propagated
 from twbr_estimation.filters.inertial.error_state import STATES
-from twbr_estimation.filters.inertial.navigation import empty_window
+from twbr_estimation.filters.inertial.navigation import empty_window, share_kept
 from twbr_estimation.filters.ins_odometer import reset
 from twbr_estimation.pipeline.pairing import pair
 from twbr_estimation.recording import WheelTrack
@@ -131,7 +131,8 @@ def test_transition_is_that_of_the_covariance():
     )
     half = random.standard_normal((STATES, STATES))
     square = half @ half.T
-    moved = propagated(square.copy(), nav, state.last, window, c)
-    moved = moved - propagated(np.zeros((STATES, STATES)), nav, state.last, window, c)
+    keep = share_kept(window.time, c.accel_bias_time)
+    moved = propagated(square.copy(), nav, state.last, window, keep, c)
+    moved = moved - propagated(np.zeros((STATES, STATES)), nav, state.last, window, keep, c)
     f = transition_of(nav, state.last, window, c, 1.0)
     assert f @ square @ f.T == pytest.approx(moved, rel=1e-9, abs=1e-12)

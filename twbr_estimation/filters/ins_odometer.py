@@ -53,6 +53,7 @@ from .inertial.aiding import (
     drift_noise,
     drifted_excess,
     estimate_excess,
+    fading_time,
     is_pushed,
     observe_rest,
     reading_variance,
@@ -294,10 +295,11 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     hidden = unseen_variance(vertical) if clipped_of_late(state.check) else 0.0
     still = is_still(stillness, vertical.bias, wheels, hidden)
     off = rest_variance(stillness)
-    unsure, lasted = off + unexplained_variance(stillness, vertical.bias), stillness.time
+    lasted = stillness.time
     pending = state.pending if lasted > 0.0 else vertical.pending
-    if still and contradicts_rest(vertical, now.body, stillness.accel, unsure, lasted, pending):
-        still = False
+    if still:
+        unsure = off + unexplained_variance(stillness, vertical.bias)
+        still = not contradicts_rest(vertical, now.body, stillness.accel, unsure, lasted, pending)
     if still:
         vertical = at_rest(vertical, now.body, stillness.accel, stillness.gyro, off, sample.dt)
     elif proven(state.check):
@@ -312,7 +314,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         if first.trust.ignored > 0.0:
             check = condemned(check)
     moved = State(
-        tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
+        tilt=tilt_ahead(now.tilt, now.body, now.rate, c.gyro_delay),
         rate=now.rate[1],
         gyro_bias=nav.gyro_bias[1],
         tilt_variance=state.tilt_variance,
@@ -332,7 +334,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         successor=carried(state.successor, unseen, sample.dt),
         covariance=state.covariance,
     )
-    waits = awaits_reading(last, now, moved.window) and not _falls(moved)
+    waits = awaits_reading(last, now, moved.window) and not _falls(moved.tilt, now)
     steady = sample.dt <= GAP and nav.exceeded == rate_beyond(sample)
     if steady and (waits or moved.window.time < PERIOD):
         return moved
@@ -398,13 +400,15 @@ def _compared(
         c: coefficients.
     """
     nav, now, time, check = moved.navigation, moved.last, moved.window.time, moved.check
-    p = _propagated(moved, unseen, sample, c)
+    fading = fading_time(moved.aiding, c.accel_bias_time, time)
+    keep = share_kept(fading, c.accel_bias_time) if fading > 0.0 else 1.0
+    p = _propagated(moved, unseen, keep, sample, c)
     error = np.zeros(STATES)
     racing = still and moved.stillness.rolled > ROLLED
     wheels = usable_wheels(moved.aiding, sample) if believed(check) and not racing else 0.0
     aiding = _aided(p, error, moved, wheels, still, sample, c)
     fixed = repaired(nav, error)
-    excess, keep = drifted_excess(p, fixed, time, sample), share_kept(time, c.accel_bias_time)
+    excess = drifted_excess(p, fixed, time, sample)
     fixed = faded(fixed, keep, excess, rate_beyond(sample))
     vertical = with_axes_turned(moved.vertical, (error[0], error[1], error[2]))
     if error[0] * error[0] + error[1] * error[1] > JUMP * JUMP:
@@ -412,7 +416,7 @@ def _compared(
     strange, off = strangeness(fixed, c), contradicted(vertical, p, still)
     beginning = with_repair(moved.beginning, error, time)
     successor = with_repair(moved.successor, error, time)
-    falling, known = _falls(moved), were_right(check)
+    falling, known = _falls(moved.tilt, now), were_right(check)
     if known and (falling or moved.aiding.calm < time):  # too much for the gyro alone
         beginning = successor = begin(LOST, DRIFT)
     early = not (known or passed_first(moved.first_check))
@@ -461,7 +465,7 @@ def _compared(
     if known and sound and wheels > 0.0 and successor.lasted > RENEWED:
         beginning, successor = successor, begin(own, KNOWN_DRIFT)
     return State(
-        tilt=tilt_ahead(now.body, now.rate, c.gyro_delay),
+        tilt=tilt_ahead(now.tilt, now.body, now.rate, c.gyro_delay),
         rate=now.rate[1],
         gyro_bias=fixed.gyro_bias[1],
         tilt_variance=own + doubt + c.mounting_variance,
@@ -483,14 +487,16 @@ def _compared(
     )
 
 
-def _falls(state: State) -> bool:
+def _falls(tilt: float, now: InertialReading) -> bool:
     """Whether the robot falls or lies, so that its wheels slip and tell nothing of its sensors."""
-    return abs(state.tilt) > LYING or abs(state.last.rate[1]) > FALLING
+    return abs(tilt) > LYING or abs(now.rate[1]) > FALLING
 
 
-def _propagated(moved: State, unseen: float, sample: CorrectedSample, c: Coefficients) -> Array:
-    """Return the covariance at the end of the window."""
-    p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, c)
+def _propagated(
+    moved: State, unseen: float, keep: float, sample: CorrectedSample, c: Coefficients
+) -> Array:
+    """Return the covariance at the end of the window; see `propagated` and `_compared`."""
+    p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, keep, c)
     roll, tilt = moved.aiding.drifting
     p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
     p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
@@ -527,7 +533,7 @@ def _aided(
                 p[VELOCITY + i, VELOCITY + i] += FAST_VELOCITY * FAST_VELOCITY
     if nav.exceeded > 0.0:
         estimate_excess(p, error, nav, sample)
-    keep_gains = still or _falls(moved) or misleading(moved.check)
+    keep_gains = still or _falls(moved.tilt, now) or misleading(moved.check)
     compared = aid(
         p, error, nav, now, sample, wheels, aiding, geometry, time, step_size, keep_gains
     )

@@ -24,7 +24,7 @@ from .error_state import (
 )
 from .navigation import TILT_RATE, YAW_RATE, InertialReading, Navigation, rate_beyond
 from .stillness import STILL_AFTER
-from .strapdown import Vector, cross, heading_of, rotated, tilt_of
+from .strapdown import Vector, cross, heading_of, rotated
 
 HOLD = 1.0
 """Biases and gains are left alone for this long after a saturation and after the start [s]."""
@@ -40,6 +40,8 @@ FIRST_DISTANCE = 1e-3
 """Standard deviation of the first distance, which fits the first wheel reading [m]."""
 ROOM_PERIOD = 0.25
 """Time between two comparisons with the room [s]."""
+SLOW_CHANGE = 25.0
+"""Errors that change within longer need not be brought up to date more often than that [s]."""
 BALANCING_RATE = 1.5
 """A body that turns faster may fall, and is neither slow nor where it was [rad/s]."""
 SIDE_SLIP = 0.1
@@ -198,6 +200,21 @@ def aid(
     )
 
 
+def fading_time(aiding: Aiding, changes: float, time: float) -> float:
+    """Return over which time errors of the accelerometer fade at this comparison [s]; 0 if none.
+
+    Those that change slowly wait for a comparison with the room.
+
+    Args:
+        aiding: before this comparison.
+        changes: time over which the errors change [s].
+        time: since the last one [s].
+    """
+    if changes < SLOW_CHANGE:
+        return time
+    return aiding.unchecked if aiding.unchecked >= ROOM_PERIOD else 0.0
+
+
 def drift_noise(drifting: float, time: float) -> float:
     """Return the variance [(rad/s)^2] that a bias gains which keeps being corrected one way.
 
@@ -249,7 +266,7 @@ def rolled_distance(
     m = now.body
     forward, left = heading_of(m)
     arm = rotated(m, lever_of(nav, geometry))
-    angle = sample.wheel_angle + geometry.on_body * tilt_of(m)
+    angle = sample.wheel_angle + geometry.on_body * now.tilt
     return geometry.wheel_radius * angle + arm[0] * forward + arm[1] * left
 
 

@@ -21,7 +21,7 @@ from .error_state import (
     advanced,
     fade,
 )
-from .navigation import InertialReading, Navigation, Window, share_kept
+from .navigation import InertialReading, Navigation, Window
 from .parameters import Coefficients
 from .strapdown import heading_of
 
@@ -64,13 +64,27 @@ def transition(nav: Navigation, now: InertialReading, window: Window, c: Coeffic
 
 
 def propagated(
-    covariance: Array, nav: Navigation, now: InertialReading, window: Window, c: Coefficients
+    covariance: Array,
+    nav: Navigation,
+    now: InertialReading,
+    window: Window,
+    keep: float,
+    c: Coefficients,
 ) -> Array:
-    """Return the covariance at the end of a window."""
+    """Return the covariance at the end of a window.
+
+    Args:
+        covariance: before it.
+        nav: the navigation at its end.
+        now: the reading at its end.
+        window: what happened within it.
+        keep: what the accelerometer's errors keep of themselves.
+        c: coefficients.
+    """
     time, body, slip = window.time, now.body, c.geometry.slip
     p = advanced(covariance, transition(nav, now, window, c))
-    keep = share_kept(time, c.accel_bias_time)
-    fade(p, ACCEL_BIAS, ACCEL_BIAS + 3, keep)
+    if keep < 1.0:
+        fade(p, ACCEL_BIAS, ACCEL_BIAS + 3, keep)
     wander = c.accel_bias * c.accel_bias * (1.0 - keep * keep)
     drift = c.gyro_drift * c.gyro_drift * time
     scale = c.accel_scale * c.accel_scale * SCALE_MEMORY * _acceleration_squared(window) * time

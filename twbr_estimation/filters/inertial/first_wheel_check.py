@@ -11,7 +11,7 @@ from __future__ import annotations
 from ...samples import CorrectedSample
 from .aiding import Geometry
 from .navigation import InertialReading
-from .strapdown import Matrix
+from .strapdown import Matrix, tilt_of
 from .wheel_check import (
     ACQUITTED,
     CONDEMNED,
@@ -60,7 +60,17 @@ def first_checked(
     x, y, z = now.rate
     blinded = blinded or abs(body[6] * x + body[7] * y + body[8] * z) > SPIN
     moved_on = compared(
-        check, sample, body, now.rate, BAND, 0.0, lever_left, geometry, still, blinded
+        check,
+        sample,
+        body,
+        tilt_of(body),
+        now.rate,
+        BAND,
+        0.0,
+        lever_left,
+        geometry,
+        still,
+        blinded,
     )
     if moved_on.waiting > 0.0:
         return moved_on

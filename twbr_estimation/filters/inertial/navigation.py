@@ -36,6 +36,7 @@ from .strapdown import (
     product,
     rotated,
     rotation_of,
+    tilt_of,
     turned,
 )
 
@@ -94,6 +95,8 @@ class InertialReading(NamedTuple):
 
     body: Matrix
     """From body to level axes."""
+    tilt: float
+    """Of that [rad]."""
     rate: Vector
     """Angular rate freed of the estimated errors, body axes [rad/s]."""
     force: Vector
@@ -164,7 +167,7 @@ def _reading(
     forward = accel[0] - bias[0] - (back * nav.bend[0] + ahead * nav.bend[1])
     force = rotated(body, (forward, accel[1] - bias[1], accel[2] - bias[2]))
     gyro = (sample.gyro_x, sample.gyro_y, sample.gyro_z)
-    return InertialReading(body, rate, force, gyro, accel, held)
+    return InertialReading(body, tilt_of(body), rate, force, gyro, accel, held)
 
 
 def _held(last: InertialReading, sample: CorrectedSample) -> tuple[float, float]:

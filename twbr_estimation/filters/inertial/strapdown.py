@@ -104,11 +104,24 @@ def tilt_of(m: Matrix) -> float:
     return math.atan2(-m[6], m[8])
 
 
-def tilt_ahead(m: Matrix, rate: Vector, time: float) -> float:
-    """Return the tilt that body rates [rad/s] lead to within a short time [rad]."""
+def tilt_ahead(tilt: float, m: Matrix, rate: Vector, time: float) -> float:
+    """Return the tilt that body rates [rad/s] lead to within a short time [rad].
+
+    Args:
+        tilt: that of the attitude [rad].
+        m: the attitude.
+        rate: body axes [rad/s].
+        time: [s].
+    """
     x = m[6] + time * (m[7] * rate[2] - m[8] * rate[1])
     z = m[8] + time * (m[6] * rate[1] - m[7] * rate[0])
-    return math.atan2(-x, z)
+    aside, along = m[6] * z - m[8] * x, m[8] * z + m[6] * x
+    if not abs(aside) < _SMALL_TURN * along:
+        return math.atan2(-x, z)
+    turn = aside / along
+    square = turn * turn
+    ahead = tilt + turn * (1.0 - square * (1.0 / 3.0 - square * (0.2 - square * (1.0 / 7.0))))
+    return ahead if abs(ahead) <= math.pi else ahead - math.copysign(2.0 * math.pi, ahead)
 
 
 def attitude_at(tilt: float, accel: Vector) -> Quaternion:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ...samples import CorrectedSample
 from .stillness import SLOW_TURNING
-from .strapdown import Matrix, Quaternion, Vector, cross, matrix_of, rotated, rotation_of, unit
+from .strapdown import Matrix, Quaternion, Vector, cross, matrix_of, rotated, unit
 
 MEMORY = 1.5
 """Time over which the force, and then its direction, is averaged [s]."""
@@ -285,11 +285,11 @@ def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
 def levelling(vertical: Vertical) -> Quaternion:
     """Return the turn that makes the vertical the navigation's."""
     x, y, z = vertical.up
-    across = math.sqrt(x * x + y * y)
-    angle = math.atan2(across, z)
-    if across < 1e-9:
-        return rotation_of((angle, 0.0, 0.0))
-    return rotation_of((angle * y / across, -angle * x / across, 0.0))
+    beyond = 1.0 + z
+    if beyond < 1e-12:
+        return 0.0, 1.0, 0.0, 0.0
+    scale = 1.0 / math.sqrt(beyond * beyond + x * x + y * y)
+    return beyond * scale, y * scale, -x * scale, 0.0
 
 
 def body_by(vertical: Vertical, body: Matrix) -> Matrix:

@@ -15,7 +15,7 @@ from ...samples import CorrectedSample
 from .aiding import Geometry, whole_turns_less
 from .encoder_steps import FIRST_STEP, Steps, stepped
 from .navigation import InertialReading
-from .strapdown import Matrix, Vector, heading_of, rotated, tilt_of
+from .strapdown import Matrix, Vector, heading_of, rotated
 
 SMOOTHED = 0.03
 """Time over which both velocities are averaged [s]."""
@@ -244,7 +244,17 @@ def checked(
         blinded: whether a sensor was clipped, or silent, at this sample.
     """
     moved_on = compared(
-        check, sample, now.body, now.rate, BAND, variance, lever_left, geometry, still, blinded
+        check,
+        sample,
+        now.body,
+        now.tilt,
+        now.rate,
+        BAND,
+        variance,
+        lever_left,
+        geometry,
+        still,
+        blinded,
     )
     if moved_on.waiting > 0.0:
         return moved_on
@@ -264,6 +274,7 @@ def compared(
     check: WheelCheck,
     sample: CorrectedSample,
     body: Matrix,
+    tilt: float,
     rate: Vector,
     left_out: float,
     variance: float,
@@ -284,7 +295,7 @@ def compared(
     ahead, aside = arm[0] * forward + arm[1] * left, arm[1] * forward - arm[0] * left
     yaw = body[6] * rate[0] + body[7] * rate[1] + body[8] * rate[2]
     force = rotated(body, (sample.accel_x, sample.accel_y, sample.accel_z))
-    distance = wheel_radius * (sample.wheel_angle + geometry.on_body * tilt_of(body)) + ahead
+    distance = wheel_radius * (sample.wheel_angle + geometry.on_body * tilt) + ahead
     acceleration = force[0] * forward + force[1] * left
     acceleration += yaw * (yaw * ahead + (aside - before.swing) / dt)
     if still:
