@@ -59,12 +59,17 @@ from twbr_estimation.filters.inertial.restart import (
 from twbr_estimation.filters.inertial.stillness import begin_stillness, is_still, noticed
 from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
 from twbr_estimation.filters.inertial.vertical import (
+    BIAS_AGREEMENT,
     GAIN_SHARE,
     MEMORY,
+    Vertical,
+    agreed,
     at_rest,
     begin_vertical,
     contradicts_rest,
     followed,
+    leaning_variance,
+    unknown_bias,
     variance_of,
 )
 from twbr_estimation.filters.inertial.wheel_check import (
@@ -316,6 +321,35 @@ def test_the_vertical_learns_the_bias_of_the_gyro(axis: int) -> None:
         reading = sample(gyro_x=bias[0], gyro_y=bias[1])
         vertical = followed(vertical, body, rate, reading, 0.0, 0.0)
     assert vertical.bias[axis] == pytest.approx(0.02, abs=0.002)
+
+
+def drifted(bias: float, seconds: float, sway: float = 0.0) -> Vertical:
+    """Return the vertical of a body that stands, or sways [m/s^2], with a gyro off by `bias`."""
+    vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.0134)
+    for k in range(round(seconds / DT)):
+        turn = 0.5 * bias * (k + 1) * DT
+        body = matrix_of((math.cos(turn), 0.0, math.sin(turn), 0.0))
+        reading = sample(gyro_y=bias, accel_x=sway * math.sin(4.0 * k * DT))
+        vertical = followed(vertical, body, (0.0, bias, 0.0), reading, 0.0, 0.0)
+    return vertical
+
+
+def test_a_mean_force_that_stays_aside_is_a_bias_of_the_gyro() -> None:
+    off = drifted(0.035, 12.0)
+    missing = unknown_bias(off, LEVEL)
+    assert missing[1] + off.bias[1] == pytest.approx(0.035, abs=0.01)
+    assert missing[1] > 0.01 and missing[0] == 0.0
+    assert leaning_variance(off) > math.radians(2.0) ** 2
+    sways = drifted(0.0, 20.0, sway=2.0)
+    assert unknown_bias(sways, LEVEL) == (0.0, 0.0, 0.0)
+    assert leaning_variance(sways) == 0.0
+
+
+def test_the_vertical_takes_the_bias_that_right_wheels_have_shown() -> None:
+    vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.0134)
+    for _ in range(round(BIAS_AGREEMENT / DT)):
+        vertical = agreed(vertical, (0.01, -0.08, 0.0), DT)
+    assert vertical.bias == pytest.approx((0.0063, -0.0506, 0.0), abs=1e-3)
 
 
 def test_a_steady_acceleration_is_no_rest() -> None:

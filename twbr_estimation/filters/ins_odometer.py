@@ -14,7 +14,8 @@ calibration leaves (`learnt`), or push the gyro's bias to and fro, which drifts 
 Until wheels have been right for the first time they are compared with the accelerometer by that
 vertical, too (`first_wheel_check`). A body that lies still is
 recognised by gyro and accelerometer (`stillness`), and the vertical is then where the
-accelerometer points.
+accelerometer points. Without wheels a mean force that stays aside of the vertical tells that the
+gyro's bias has changed.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
 as a state of its own, a clipped acceleration leaves the velocity open.
 A sensor that repeats its readings is slower than the samples: its rate is taken as linear between
@@ -146,8 +147,10 @@ from .inertial.vertical import (
     contradicts_rest,
     far_away_variance,
     followed,
+    leaning_variance,
     off_level,
     swayed_variance,
+    unknown_bias,
     unseen_variance,
     unsettled_variance,
     variance_of,
@@ -303,7 +306,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     if still:
         vertical = at_rest(vertical, now.body, stillness.accel, stillness.gyro, off, sample.dt)
     elif proven(state.check):
-        vertical = agreed(vertical, sample.dt)
+        vertical = agreed(vertical, nav.gyro_bias, sample.dt)
     blinded = unseen > 0.0 or is_saturated(sample)
     variance, left = _navigation_variance(state), nav.lever_left
     check = checked(state.check, sample, now, variance, left, geometry, still, blinded)
@@ -454,7 +457,7 @@ def _compared(
     doubt += far_away_variance(vertical) + scale_variance(moved.gravity)
     doubt += spun_variance(moved.clipping, now.body, wheels)
     if wheels == 0.0:
-        doubt += swayed_variance(vertical)
+        doubt += swayed_variance(vertical) + leaning_variance(vertical)
     elif not sure:
         doubt += off_level(vertical)
     if still:
@@ -500,6 +503,10 @@ def _propagated(
     roll, tilt = moved.aiding.drifting
     p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
     p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
+    if sample.wheel_count == 0.0 or moved.check.trust.ignored > 0.0:
+        for axis, off in enumerate(unknown_bias(moved.vertical, moved.last.body)):
+            i = GYRO_BIAS + axis
+            p[i, i] = max(p[i, i], off * off)
     if moved.navigation.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
         p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:

@@ -18,6 +18,8 @@ MEMORY = 1.5
 """Time over which the force, and then its direction, is averaged [s]."""
 AGREEMENT = 1.0
 """Time in which it follows the navigation whose wheels have proven right [s]."""
+BIAS_AGREEMENT = 3.0
+"""Time in which its gyro bias follows that of such a navigation [s]."""
 SWAY = 0.02
 """Spectral density of the direction's error from accelerations [rad^2 s]."""
 BASE = 2.5e-5
@@ -38,6 +40,17 @@ SURELY_RESTS = 3.0
 """Quiet readings of this length are rest wherever the specific force points [s]."""
 BIAS_REST = 0.5
 """Time in which the gyro's bias is learnt at rest [s]."""
+LEAN_TIME = 4.0
+"""Time over which the turn that is still to be made is averaged with its sign [s]."""
+LEAN_ALLOWED, LEAN_PER_SWAY = 0.006, 0.7
+"""What accelerations may leave of that mean: the first [rad], and in proportion to what they add to
+its square. What is beyond, the gyro's bias makes."""
+LEAN_GAIN = 0.06
+"""Rate of change of the gyro's bias per mean turn beyond that [1/s^2]."""
+LEAN_LAG = 2.0
+"""A bias makes so many times as much of it [s]."""
+LEAN_DOUBT = 2.0
+"""Standard deviation of the tilt per mean turn beyond that, where no wheels are used."""
 LARGEST_LEARNT = 0.05
 """A larger bias is learnt at rest only [rad/s]."""
 LEAST_FORCE = 2.0
@@ -69,11 +82,14 @@ class Vertical(NamedTuple):
     """Mean square of the angle between `force` and `up` of late [rad^2]."""
     gain_error: tuple[float, float]
     """How far an error of the gyro's gain may have turned it of late, level axes [rad]."""
+    lean: tuple[float, float]
+    """Mean turn from `up` to `force` of late, level axes [rad]."""
 
 
 def begin_vertical(force: Vector, bias: Vector, variance: float) -> Vertical:
     """Begin where the navigation is level, with a variance [rad^2] of that."""
-    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0, (0.0, 0.0))
+    none = (0.0, 0.0)
+    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0, none, none)
 
 
 def variance_of(vertical: Vertical) -> float:
@@ -95,6 +111,31 @@ def unseen_variance(vertical: Vertical) -> float:
 def swayed_variance(vertical: Vertical) -> float:
     """Return what lasting accelerations leave unknown where no wheel shows them [rad^2]."""
     return SWAYED * max(vertical.pending - SWAYING * SWAYING, 0.0)
+
+
+def unexplained_lean(vertical: Vertical) -> tuple[float, float]:
+    """Return the part of the mean turn that no acceleration explains, level axes [rad]."""
+    x, y = vertical.lean
+    square = x * x + y * y
+    if square < LEAN_ALLOWED * LEAN_ALLOWED:
+        return 0.0, 0.0
+    sway = math.sqrt(max(vertical.pending - square, 0.0))
+    allowed = LEAN_ALLOWED + LEAN_PER_SWAY * sway
+    share = max(1.0 - allowed / math.sqrt(square), 0.0)
+    return share * x, share * y
+
+
+def unknown_bias(vertical: Vertical, body: Matrix) -> Vector:
+    """Return what the gyro's bias is off by where a mean turn remains, body axes [rad/s]."""
+    x, y = unexplained_lean(vertical)
+    x, y = x / LEAN_LAG, y / LEAN_LAG
+    return body[0] * x + body[3] * y, body[1] * x + body[4] * y, body[2] * x + body[5] * y
+
+
+def leaning_variance(vertical: Vertical) -> float:
+    """Return what such a bias leaves unknown of the tilt where no wheels are used [rad^2]."""
+    x, y = unexplained_lean(vertical)
+    return LEAN_DOUBT * LEAN_DOUBT * (x * x + y * y)
 
 
 def far_away_variance(vertical: Vertical) -> float:
@@ -139,7 +180,7 @@ def followed(
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     size = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if size < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending, gain_error)
+        return Vertical(up, force, b, age, pending, gain_error, vertical.lean)
     age = min(age + dt, MEMORY)
     felt, share = rotated(body, accel), min(dt / age, 1.0)
     force = (
@@ -149,16 +190,19 @@ def followed(
     )
     length = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
     if length < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending, gain_error)
+        return Vertical(up, force, b, age, pending, gain_error, vertical.lean)
     if pending > UPSIDE_DOWN and force[0] * up[0] + force[1] * up[1] + force[2] * up[2] < 0.0:
-        return Vertical(unit(force), force, b, min(age, AFRESH), 0.0, gain_error)
+        return Vertical(unit(force), force, b, min(age, AFRESH), 0.0, gain_error, (0.0, 0.0))
     off = (force[0] / length - up[0], force[1] / length - up[1], force[2] / length - up[2])
     half = 0.5 * share
     up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
     square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
     pending += min(dt / PENDING_TIME, 1.0) * (square - pending)
-    bias = learnt_bias(b, body, cross(up, off), dt, age)
-    return Vertical(up, force, bias, age, pending, gain_error)
+    error, keep = cross(up, off), 1.0 - min(dt / LEAN_TIME, 1.0)
+    (x, y), new = vertical.lean, 1.0 - keep
+    lean = keep * x + new * error[0], keep * y + new * error[1]
+    bias = learnt_bias(b, body, error, unexplained_lean(vertical), dt, age)
+    return Vertical(up, force, bias, age, pending, gain_error, lean)
 
 
 def at_rest(
@@ -195,7 +239,9 @@ def at_rest(
     learnt = (bias[0] + slow * p, bias[1] + slow * q, bias[2] + slow * r)
     left, (p, q) = 1.0 - share, vertical.gain_error
     age, pending = _aged(vertical.age, share), left * vertical.pending
-    return Vertical(up, force, learnt, age, pending, (left * p, left * q))
+    x, y = vertical.lean
+    lean = left * x, left * y
+    return Vertical(up, force, learnt, age, pending, (left * p, left * q), lean)
 
 
 def contradicts_rest(
@@ -227,9 +273,17 @@ def _aged(age: float, share: float) -> float:
     return min(1.0 / ((1.0 / age - 1.0 / MEMORY) * (1.0 - share) + 1.0 / MEMORY), MEMORY)
 
 
-def agreed(vertical: Vertical, dt: float) -> Vertical:
-    """Return the vertical pulled towards the navigation's, whose wheels have proven right."""
-    share = min(dt / AGREEMENT, 1.0)
+def agreed(vertical: Vertical, bias: Vector, dt: float) -> Vertical:
+    """Return the vertical pulled towards the navigation's, whose wheels have proven right.
+
+    Args:
+        vertical: before that.
+        bias: of the gyro, as the navigation has it [rad/s].
+        dt: time since the last sample [s].
+    """
+    share, slow = min(dt / AGREEMENT, 1.0), min(dt / BIAS_AGREEMENT, 1.0)
+    (p, q, r), (a, b, c) = vertical.bias, bias
+    learnt = p + slow * (a - p), q + slow * (b - q), r + slow * (c - r)
     x, y, z = vertical.up
     up = unit((x - share * x, y - share * y, z + share * (1.0 - z)))
     keep = 1.0 - share
@@ -237,19 +291,31 @@ def agreed(vertical: Vertical, dt: float) -> Vertical:
     force = (keep * x, keep * y, z)
     age = _aged(vertical.age, share)
     p, q = vertical.gain_error
-    return Vertical(up, force, vertical.bias, age, keep * vertical.pending, (keep * p, keep * q))
+    (x, y), pending = vertical.lean, keep * vertical.pending
+    return Vertical(up, force, learnt, age, pending, (keep * p, keep * q), (keep * x, keep * y))
 
 
-def learnt_bias(bias: Vector, body: Matrix, error: Vector, dt: float, age: float) -> Vector:
-    """Return the gyro's bias after one more sample; `error` is the turn still to be made."""
+def learnt_bias(
+    bias: Vector, body: Matrix, error: Vector, lean: tuple[float, float], dt: float, age: float
+) -> Vector:
+    """Return the gyro's bias after one more sample.
+
+    Args:
+        bias: before it, body axes [rad/s].
+        body: attitude of the navigation.
+        error: turn still to be made, level axes [rad].
+        lean: `unexplained_lean` [rad].
+        dt: time since the last sample [s].
+        age: of the vertical [s].
+    """
     if age < MEMORY:
         return bias
-    share = BIAS_GAIN * dt
-    x, y, z = error
+    share, more = BIAS_GAIN * dt, LEAN_GAIN * dt
+    x, y, z = share * error[0] + more * lean[0], share * error[1] + more * lean[1], share * error[2]
     return (
-        _bounded(bias[0] + share * (body[0] * x + body[3] * y + body[6] * z), bias[0]),
-        _bounded(bias[1] + share * (body[1] * x + body[4] * y + body[7] * z), bias[1]),
-        _bounded(bias[2] + share * (body[2] * x + body[5] * y + body[8] * z), bias[2]),
+        _bounded(bias[0] + body[0] * x + body[3] * y + body[6] * z, bias[0]),
+        _bounded(bias[1] + body[1] * x + body[4] * y + body[7] * z, bias[1]),
+        _bounded(bias[2] + body[2] * x + body[5] * y + body[8] * z, bias[2]),
     )
 
 
@@ -279,6 +345,7 @@ def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
         vertical.age,
         vertical.pending,
         vertical.gain_error,
+        vertical.lean,
     )
 
 
@@ -305,7 +372,8 @@ def levelled(vertical: Vertical, level: Quaternion) -> Vertical:
     """Return the vertical in axes that `levelling` has turned."""
     force = rotated(matrix_of(level), vertical.force)
     age, pending = vertical.age, vertical.pending
-    return Vertical((0.0, 0.0, 1.0), force, vertical.bias, age, pending, vertical.gain_error)
+    up, gain_error = (0.0, 0.0, 1.0), vertical.gain_error
+    return Vertical(up, force, vertical.bias, age, pending, gain_error, vertical.lean)
 
 
 def off_level(vertical: Vertical) -> float:
