@@ -49,9 +49,9 @@ def test_a_gyro_that_drifts_is_found_out_without_wheels(dt: float) -> None:
     """The mean force stays aside: an error of 6 deg, stated as 0.6, once stayed for good."""
     made, _, blind = day("gyro bias drifts 2 deg/s", dt, DRIFTING)
     error, variance = errors("ins_odometer", made, blind)
-    assert np.mean(error**2) < 4.0
-    assert np.abs(error[-round(10.0 / dt) :]).max() < 2.5
-    assert np.mean(np.radians(error) ** 2 / variance) < 8.0
+    assert np.mean(error**2) < 2.2
+    assert np.abs(error[-round(10.0 / dt) :]).max() < 1.0
+    assert np.mean(np.radians(error) ** 2 / variance) < 3.0
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.01])

@@ -335,11 +335,14 @@ def drifted(bias: float, seconds: float, sway: float = 0.0) -> Vertical:
 
 
 def test_a_mean_force_that_stays_aside_is_a_bias_of_the_gyro() -> None:
-    off = drifted(0.035, 12.0)
+    off = drifted(0.035, 8.0)
     missing = unknown_bias(off, LEVEL)
     assert missing[1] + off.bias[1] == pytest.approx(0.035, abs=0.01)
     assert missing[1] > 0.01 and missing[0] == 0.0
     assert leaning_variance(off) > math.radians(2.0) ** 2
+    learnt = drifted(0.035, 60.0)
+    assert learnt.bias[1] == pytest.approx(0.035, abs=0.001)
+    assert unknown_bias(learnt, LEVEL) == (0.0, 0.0, 0.0)
     sways = drifted(0.0, 20.0, sway=2.0)
     assert unknown_bias(sways, LEVEL) == (0.0, 0.0, 0.0)
     assert leaning_variance(sways) == 0.0

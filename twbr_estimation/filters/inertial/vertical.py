@@ -40,12 +40,10 @@ SURELY_RESTS = 3.0
 """Quiet readings of this length are rest wherever the specific force points [s]."""
 BIAS_REST = 0.5
 """Time in which the gyro's bias is learnt at rest [s]."""
-LEAN_TIME = 4.0
-"""Time over which the turn that is still to be made is averaged with its sign [s]."""
 LEAN_ALLOWED, LEAN_PER_SWAY = 0.006, 0.7
-"""What accelerations may leave of that mean: the first [rad], and in proportion to what they add to
-its square. What is beyond, the gyro's bias makes."""
-LEAN_GAIN = 0.06
+"""What accelerations may leave of the mean turn that is still to be made: the first [rad], and in
+proportion to how it scatters. What is beyond, the gyro's bias makes."""
+LEAN_GAIN = 0.05
 """Rate of change of the gyro's bias per mean turn beyond that [1/s^2]."""
 LEAN_LAG = 2.0
 """A bias makes so many times as much of it [s]."""
@@ -64,7 +62,7 @@ GAIN_SHARE = 0.8
 """Share of the deviation of the gyro's gain that counts for turns of late: the navigation beside
 the vertical is turned by the same gyro."""
 PENDING_TIME = 2.0
-"""Time over which the square of the outstanding correction is averaged [s]."""
+"""Time over which the outstanding turn and its square are averaged [s]."""
 
 
 class Vertical(NamedTuple):
@@ -197,10 +195,10 @@ def followed(
     half = 0.5 * share
     up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
     square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2]
-    pending += min(dt / PENDING_TIME, 1.0) * (square - pending)
-    error, keep = cross(up, off), 1.0 - min(dt / LEAN_TIME, 1.0)
-    (x, y), new = vertical.lean, 1.0 - keep
-    lean = keep * x + new * error[0], keep * y + new * error[1]
+    new = min(dt / PENDING_TIME, 1.0)
+    pending += new * (square - pending)
+    error, (x, y) = cross(up, off), vertical.lean
+    lean = x + new * (error[0] - x), y + new * (error[1] - y)
     bias = learnt_bias(b, body, error, unexplained_lean(vertical), dt, age)
     return Vertical(up, force, bias, age, pending, gain_error, lean)
 
