@@ -11,6 +11,7 @@ VQF (Laidig and Seel 2023) gets the calibrated samples in body axes and their me
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
@@ -186,4 +187,6 @@ def main(data: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path, help="folder with the recordings")
+    main(parser.parse_args().data)
