@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from twbr_estimation.filters import filter_named
-from twbr_estimation.filters.inertial.aiding import drift_noise, whole_turns_less
+from twbr_estimation.filters.inertial.aiding import (
+    ROOM_PERIOD,
+    begin_aiding,
+    drift_noise,
+    fading_time,
+    watched,
+    whole_turns_less,
+)
 from twbr_estimation.filters.inertial.beginning import (
     begin,
     carried,
@@ -57,7 +64,13 @@ from twbr_estimation.filters.inertial.restart import (
     next_covariance,
 )
 from twbr_estimation.filters.inertial.stillness import begin_stillness, is_still, noticed
-from twbr_estimation.filters.inertial.strapdown import attitude_at, matrix_of
+from twbr_estimation.filters.inertial.strapdown import (
+    Vector,
+    attitude_at,
+    matrix_of,
+    rotated,
+    unit,
+)
 from twbr_estimation.filters.inertial.vertical import (
     BIAS_AGREEMENT,
     GAIN_SHARE,
@@ -69,6 +82,7 @@ from twbr_estimation.filters.inertial.vertical import (
     contradicts_rest,
     followed,
     leaning_variance,
+    levelling,
     unknown_bias,
     variance_of,
 )
@@ -346,6 +360,28 @@ def test_a_mean_force_that_stays_aside_is_a_bias_of_the_gyro() -> None:
     sways = drifted(0.0, 20.0, sway=2.0)
     assert unknown_bias(sways, LEVEL) == (0.0, 0.0, 0.0)
     assert leaning_variance(sways) == 0.0
+
+
+@pytest.mark.parametrize(
+    "up", [(0.0, 0.0, 1.0), (0.3, -0.4, 0.8), (1.0, 0.0, 0.0), (1e-4, 1e-4, -1.0), (0.0, 0.0, -1.0)]
+)
+def test_levelling_is_the_shortest_turn_to_the_vertical(up: Vector) -> None:
+    vertical = begin_vertical((0.0, 0.0, STANDARD_GRAVITY), (0.0, 0.0, 0.0), 0.0134)
+    turn = levelling(vertical._replace(up=unit(up)))
+    assert rotated(matrix_of(turn), unit(up)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
+    assert turn[3] == 0.0
+
+
+@pytest.mark.parametrize("changes", [0.1, 30.0])
+def test_errors_of_the_accelerometer_fade_for_as_long_as_time_passes(changes: float) -> None:
+    reading, fading = sample(), 0.0
+    aiding = begin_aiding(reading)
+    for _ in range(1000):
+        aiding = watched(aiding, reading)
+        fading += fading_time(aiding, changes, DT)
+        if aiding.unchecked >= ROOM_PERIOD:
+            aiding = aiding._replace(unchecked=0.0)  # as `aid` leaves it
+    assert fading == pytest.approx(1000 * DT)
 
 
 def test_the_vertical_takes_the_bias_that_right_wheels_have_shown() -> None:

@@ -294,7 +294,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     fallen = state.check.waiting > 0.0 and abs(state.tilt) > LYING  # the wheels may race
-    wheels = sample.wheel_count > 0.0 and state.check.trust.ignored == 0.0 and not fallen
+    wheels = not (_without_wheels(sample, state.check) or fallen)
     hidden = unseen_variance(vertical) if clipped_of_late(state.check) else 0.0
     still = is_still(stillness, vertical.bias, wheels, hidden)
     off = rest_variance(stillness)
@@ -383,7 +383,7 @@ def _adjusted(
         if rate != sample.gyro_z:
             deviation = YAW_SHARE * rate
             variance, clip = deviation * deviation, 0.0
-    if sample.wheel_count == 0.0 or state.check.trust.ignored > 0.0:
+    if _without_wheels(sample, state.check):
         factor = factor_of(gravity)
     if factor == 1.0 and clip == sample.gyro_saturated_z:
         return sample
@@ -403,8 +403,7 @@ def _compared(
         c: coefficients.
     """
     nav, now, time, check = moved.navigation, moved.last, moved.window.time, moved.check
-    fading = fading_time(moved.aiding, c.accel_bias_time, time)
-    keep = share_kept(fading, c.accel_bias_time) if fading > 0.0 else 1.0
+    keep = share_kept(fading_time(moved.aiding, c.accel_bias_time, time), c.accel_bias_time)
     p = _propagated(moved, unseen, keep, sample, c)
     error = np.zeros(STATES)
     racing = still and moved.stillness.rolled > ROLLED
@@ -490,6 +489,11 @@ def _compared(
     )
 
 
+def _without_wheels(sample: CorrectedSample, check: WheelCheck) -> bool:
+    """Whether there are no wheels, or none but wrong ones."""
+    return sample.wheel_count == 0.0 or check.trust.ignored > 0.0
+
+
 def _falls(tilt: float, now: InertialReading) -> bool:
     """Whether the robot falls or lies, so that its wheels slip and tell nothing of its sensors."""
     return abs(tilt) > LYING or abs(now.rate[1]) > FALLING
@@ -503,7 +507,7 @@ def _propagated(
     roll, tilt = moved.aiding.drifting
     p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
     p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
-    if sample.wheel_count == 0.0 or moved.check.trust.ignored > 0.0:
+    if _without_wheels(sample, moved.check):
         for axis, off in enumerate(unknown_bias(moved.vertical, moved.last.body)):
             i = GYRO_BIAS + axis
             p[i, i] = max(p[i, i], off * off)

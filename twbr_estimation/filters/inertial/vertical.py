@@ -1,8 +1,9 @@
 """The vertical as gyro and accelerometer alone have it, beside the navigation.
 
-Wheels cannot spoil it, so it is what the navigation is held against. The specific force, turned
-into level axes by the gyro, is averaged twice over a second and a half; its direction is the
-vertical. It is kept in the level axes of the navigation and is turned wherever they are.
+Only wheels that have proven right touch it, so it is what the navigation is held against. The
+specific force, turned into level axes by the gyro, is averaged twice over a second and a half; its
+direction is the vertical. It is kept in the level axes of the navigation and is turned wherever
+they are.
 Laidig and Seel 2023, VQF: Highly accurate IMU orientation estimation, section 3, after whom the
 average is taken in axes that the gyro keeps.
 """
@@ -40,7 +41,7 @@ SURELY_RESTS = 3.0
 """Quiet readings of this length are rest wherever the specific force points [s]."""
 BIAS_REST = 0.5
 """Time in which the gyro's bias is learnt at rest [s]."""
-LEAN_ALLOWED, LEAN_PER_SWAY = 0.006, 0.7
+LEAN_ALLOWED, LEAN_PER_SCATTER = 0.006, 0.7
 """What accelerations may leave of the mean turn that is still to be made: the first [rad], and in
 proportion to how it scatters. What is beyond, the gyro's bias makes."""
 LEAN_GAIN = 0.05
@@ -117,8 +118,8 @@ def unexplained_lean(vertical: Vertical) -> tuple[float, float]:
     square = x * x + y * y
     if square < LEAN_ALLOWED * LEAN_ALLOWED:
         return 0.0, 0.0
-    sway = math.sqrt(max(vertical.pending - square, 0.0))
-    allowed = LEAN_ALLOWED + LEAN_PER_SWAY * sway
+    scatter = math.sqrt(max(vertical.pending - square, 0.0))
+    allowed = LEAN_ALLOWED + LEAN_PER_SCATTER * scatter
     share = max(1.0 - allowed / math.sqrt(square), 0.0)
     return share * x, share * y
 
@@ -237,8 +238,7 @@ def at_rest(
     learnt = (bias[0] + slow * p, bias[1] + slow * q, bias[2] + slow * r)
     left, (p, q) = 1.0 - share, vertical.gain_error
     age, pending = _aged(vertical.age, share), left * vertical.pending
-    x, y = vertical.lean
-    lean = left * x, left * y
+    lean = left * vertical.lean[0], left * vertical.lean[1]
     return Vertical(up, force, learnt, age, pending, (left * p, left * q), lean)
 
 
