@@ -19,6 +19,8 @@ SINGLE_WHEEL_JOINT = "wheel_joint"
 """Joint of robots with one wheel encoder; it counts where the two wheels' joints are absent."""
 RESTART_GAP = 1.0
 """A longer time between two samples [s] starts correction and filters afresh."""
+FASTEST_WHEEL = 200.0
+"""No wheel turns faster [rad/s]: the counter wrapped, or began again, or a count was misread."""
 LYING = 0.8
 """Further from upright a robot does not balance: it falls, lies or is lifted [rad]."""
 OVERTURNED = 0.5 * math.pi

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -11,7 +12,7 @@ from twbr_estimation.batch import CorrectedTrack, correct, run_filter
 from twbr_estimation.batch.judging import trusted
 from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline.pairing import pair
-from twbr_estimation.recording import FloatArray, ImuTrack
+from twbr_estimation.recording import FloatArray, ImuTrack, WheelTrack
 from twbr_estimation.robot import Robot
 from twbr_estimation.simulation import simulate
 from twbr_estimation.simulation.hard_days import DAYS, Day
@@ -24,6 +25,8 @@ IN_MOTION = 8101
 """The robot is pushed within its first tenth of a second; this seed has been looked at."""
 DRIFTING = 9861
 """A seed of drifts that has chosen no constant either; 4001 to 4004 have."""
+COUNT = 2.0 * np.pi / 1320.0
+"""Of an encoder [rad]."""
 FLOOR, ROOM = 1.2, 0.03
 """Factor and addition [deg^2] within which the filter must be of the best of its rivals."""
 
@@ -226,6 +229,40 @@ def test_two_early_slips_do_not_lead_to_right_wheels_being_ignored() -> None:
     track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
     found = run_filter(entry, entry.configure(), track, made.setup.robot)
     assert entry.wheels_ignored is not None and entry.wheels_ignored(found.state) == 0.0
+
+
+def misread(angle: FloatArray) -> FloatArray:
+    """Return an encoder that says 1000 counts more now and then, for one sample."""
+    rng, read = np.random.default_rng(9871), angle.copy()
+    read[rng.integers(1000, len(angle), 8), rng.integers(0, angle.shape[1], 8)] += 1000 * COUNT
+    return read
+
+
+def begun_again(angle: FloatArray) -> FloatArray:
+    """Return an encoder whose counter begins again at zero twice."""
+    read = angle.copy()
+    for at in (3300, 5700):
+        read[at:] -= read[at]
+    return read
+
+
+@pytest.mark.parametrize("reading", [misread, begun_again])
+@pytest.mark.parametrize("world", ["W1", "W2"])
+def test_a_count_that_no_wheel_can_make_says_nothing_against_the_wheels(
+    world: str, reading: Callable[[FloatArray], FloatArray]
+) -> None:
+    made, entry = simulate(world, 0.005, 40.0, 9871), filter_named("ins_odometer")
+    wheels, truth = made.recording.wheels, made.recording.truth
+    assert wheels is not None and truth is not None
+
+    def error(angle: FloatArray) -> float:
+        track = correct(pair(made.recording.imu, WheelTrack(wheels.stamps, angle)), made.setup)
+        found = run_filter(entry, entry.configure(), track, made.setup.robot)
+        assert entry.wheels_ignored is not None and entry.wheels_ignored(found.state) == 0.0
+        off = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
+        return float(np.mean(off**2))
+
+    assert error(reading(wheels.angle)) < 1.1 * error(wheels.angle) + 0.01
 
 
 LATE = pytest.param(

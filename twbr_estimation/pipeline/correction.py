@@ -13,7 +13,15 @@ import math
 from typing import Any, NamedTuple
 
 from ..robot import Setup
-from ..samples import RESTART_GAP, CorrectedSample, Sample, is_silent, is_weightless, wrapped
+from ..samples import (
+    FASTEST_WHEEL,
+    RESTART_GAP,
+    CorrectedSample,
+    Sample,
+    is_silent,
+    is_weightless,
+    wrapped,
+)
 from .calibrated import calibrated_force, calibrated_rate, doubt
 from .coefficients import Coefficients, Vector, derive
 from .saturation import ACCEL_MARK, GYRO_MARK
@@ -21,8 +29,6 @@ from .step_code import StepCode
 
 _FREE_FALL = 1e-3  # below this specific force [m/s^2] there is no direction to measure
 
-FASTEST_WHEEL = 200.0
-"""No wheel turns faster [rad/s]: the counter wrapped, or began again."""
 LARGEST_STEP, COARSEST = 8.0, 0.06
 """Largest jump of the wheels' acceleration that one step of the encoder may make [m/s^2], and the
 longest time over which the acceleration of a coarser encoder is averaged so that it makes no larger

@@ -11,7 +11,7 @@ navigation has a part in it: a lie that the navigation has learnt would vouch fo
 
 from typing import NamedTuple
 
-from ...samples import CorrectedSample
+from ...samples import FASTEST_WHEEL, CorrectedSample
 from .aiding import Geometry, whole_turns_less
 from .encoder_steps import FIRST_STEP, Steps, stepped
 from .navigation import InertialReading
@@ -316,7 +316,9 @@ def compared(
     smooth, band = dt / (SMOOTHED + dt), dt / (left_out + dt)
     unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     fresh = still and check.waiting > 0.0
-    apart = distance - before.travelled
+    jump = sample.wheel_angle - check.steps.angle
+    jump = wheel_radius * jump if abs(jump) > FASTEST_WHEEL * dt else 0.0
+    apart = distance - before.travelled - jump
     turn = apart - whole_turns_less(apart, geometry) if body[8] < 0.0 else 0.0
     moved = smooth * (apart - turn)
     turning = before.turning + smooth * (yaw * aside - before.turning)
@@ -340,7 +342,7 @@ def compared(
     return WheelCheck(
         known=1.0,
         velocities=Velocities(
-            before.travelled + turn + moved,
+            before.travelled + jump + turn + moved,
             aside,
             turning,
             acceleration,
