@@ -116,3 +116,28 @@ def test_a_robot_on_a_base_that_accelerates_for_two_seconds_does_not_lean(
     error, valid = judged(made, correct(pair(made.recording.imu, None), made.setup))
     assert not np.any(valid & (np.abs(error) > 5.0))
     assert np.mean(valid) > 0.8
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "speeding", "braking"), [(1.0, 2.0, 8.0), (2.0, 2.0, 2.0), (1.0, 5.0, 5.0)]
+)
+def test_a_base_that_speeds_up_and_brakes_again_and_again_turns_no_bias(
+    acceleration: float, speeding: float, braking: float
+) -> None:
+    """The navigation's bias swung by 4 deg/s, and the tilt by 15 deg, valid and stated as two."""
+    step, time = clock(DT, 60.0, 2e-3)
+    pushed, begins, whole = np.zeros_like(time), 8.0, speeding + braking
+    while begins + whole < 60.0:
+        turns = begins + speeding
+        pushed += acceleration * between(time, begins, turns, 0.3)
+        pushed -= acceleration * speeding / braking * between(time, turns, begins + whole, 0.3)
+        begins += whole + 1.0
+    sways = np.radians(2.0) * np.sin(3.5 * time) * np.clip(time - 1.0, 0.0, 1.0)
+    ahead = np.cumsum(np.cumsum(pushed)) * step * step
+    made = recorded("cart", planar(step, sways, ahead), None, ROBOT, DT, 1, Sensor())
+    track = correct(pair(made.recording.imu, None), made.setup)
+    error, _ = judged(made, track)
+    found, other = run_filter(INS, INS.configure(), track, ROBOT), filter_named("complementary")
+    apart = run_filter(other, other.configure(), track, ROBOT).tilt - found.tilt
+    assert np.mean(error**2) < np.mean((error + np.degrees(apart)) ** 2)
+    assert np.mean(np.radians(error) ** 2 / found.tilt_variance) < 3.0

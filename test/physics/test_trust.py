@@ -27,7 +27,6 @@ WRONG = math.radians(5.0)
 SHORTFALLS = {
     ("acceleration", True): "thrown down again and again: 1.2 %",
     ("acceleration", False): "thrown down again and again: 7 %",
-    ("ramp", False): "speeds up on a ramp for seconds, which looks like a lean: 0.8 %",
 }
 
 

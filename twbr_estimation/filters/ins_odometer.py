@@ -14,8 +14,8 @@ calibration leaves (`learnt`), or push the gyro's bias to and fro, which drifts 
 Until wheels have been right for the first time they are compared with the accelerometer by that
 vertical, too (`first_wheel_check`). A body that lies still is
 recognised by gyro and accelerometer (`stillness`), and the vertical is then where the
-accelerometer points. Without wheels a mean force that stays aside of the vertical tells that the
-gyro's bias has changed.
+accelerometer points. Without wheels a mean force that slowly goes aside of the vertical and stays
+there tells that the gyro's bias has changed; one that goes at once, that the robot accelerates.
 Saturation of a sensor is missing information: a rate beyond the gyro's range is estimated
 as a state of its own, a clipped acceleration leaves the velocity open.
 A sensor that repeats its readings is slower than the samples: its rate is taken as linear between
@@ -140,6 +140,7 @@ from .inertial.vertical import (
     MEMORY,
     Vertical,
     agreed,
+    apart_variance,
     at_rest,
     begin_vertical,
     bias_remarks,
@@ -456,7 +457,7 @@ def _compared(
     doubt += far_away_variance(vertical) + scale_variance(moved.gravity)
     doubt += spun_variance(moved.clipping, now.body, wheels)
     if wheels == 0.0:
-        doubt += swayed_variance(vertical) + leaning_variance(vertical)
+        doubt += swayed_variance(vertical) + leaning_variance(vertical) + apart_variance(vertical)
     elif not sure:
         doubt += off_level(vertical)
     if still:
@@ -504,10 +505,11 @@ def _propagated(
 ) -> Array:
     """Return the covariance at the end of the window; see `propagated` and `_compared`."""
     p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, keep, c)
-    roll, tilt = moved.aiding.drifting
-    p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
-    p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
-    if _without_wheels(sample, moved.check):
+    if not _without_wheels(sample, moved.check):
+        roll, tilt = moved.aiding.drifting
+        p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
+        p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
+    else:
         for axis, off in enumerate(unknown_bias(moved.vertical, moved.last.body)):
             i = GYRO_BIAS + axis
             p[i, i] = max(p[i, i], off * off)

@@ -50,6 +50,8 @@ LEAN_LAG = 2.0
 """A bias makes so many times as much of it [s]."""
 LEAN_DOUBT = 2.0
 """Standard deviation of the tilt per mean turn beyond that, where no wheels are used."""
+EXCUSED = 0.5
+"""Share of what is unsettled of the vertical that excuses a navigation which is off it."""
 LARGEST_LEARNT = 0.05
 """A larger bias is learnt at rest only [rad/s]."""
 LEAST_FORCE = 2.0
@@ -62,6 +64,9 @@ FAR_AWAY = 1.0
 GAIN_SHARE = 0.8
 """Share of the deviation of the gyro's gain that counts for turns of late: the navigation beside
 the vertical is turned by the same gyro."""
+CREEP = 0.005
+"""A bias that drifts makes a mean turn grow by no more than this; an acceleration, by more
+[rad/s]."""
 PENDING_TIME = 2.0
 """Time over which the outstanding turn and its square are averaged [s]."""
 
@@ -83,12 +88,14 @@ class Vertical(NamedTuple):
     """How far an error of the gyro's gain may have turned it of late, level axes [rad]."""
     lean: tuple[float, float]
     """Mean turn from `up` to `force` of late, level axes [rad]."""
+    crept: tuple[float, float]
+    """What of that came as slowly as a bias drifts, so that it may be one [rad]."""
 
 
 def begin_vertical(force: Vector, bias: Vector, variance: float) -> Vertical:
     """Begin where the navigation is level, with a variance [rad^2] of that."""
     none = (0.0, 0.0)
-    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0, none, none)
+    return Vertical((0.0, 0.0, 1.0), force, bias, SWAY / variance, 0.0, none, none, none)
 
 
 def variance_of(vertical: Vertical) -> float:
@@ -112,13 +119,18 @@ def swayed_variance(vertical: Vertical) -> float:
     return SWAYED * max(vertical.pending - SWAYING * SWAYING, 0.0)
 
 
-def unexplained_lean(vertical: Vertical) -> tuple[float, float]:
-    """Return the part of the mean turn that no acceleration explains, level axes [rad]."""
-    x, y = vertical.lean
+def unexplained_lean(lean: tuple[float, float], pending: float) -> tuple[float, float]:
+    """Return the part of a mean turn [rad] that its scatter does not explain, level axes [rad].
+
+    Args:
+        lean: `Vertical.lean`, or `Vertical.crept`.
+        pending: `Vertical.pending`.
+    """
+    x, y = lean
     square = x * x + y * y
     if square < LEAN_ALLOWED * LEAN_ALLOWED:
         return 0.0, 0.0
-    scatter = math.sqrt(max(vertical.pending - square, 0.0))
+    scatter = math.sqrt(max(pending - square, 0.0))
     allowed = LEAN_ALLOWED + LEAN_PER_SCATTER * scatter
     share = max(1.0 - allowed / math.sqrt(square), 0.0)
     return share * x, share * y
@@ -126,14 +138,14 @@ def unexplained_lean(vertical: Vertical) -> tuple[float, float]:
 
 def unknown_bias(vertical: Vertical, body: Matrix) -> Vector:
     """Return what the gyro's bias is off by where a mean turn remains, body axes [rad/s]."""
-    x, y = unexplained_lean(vertical)
+    x, y = unexplained_lean(vertical.crept, vertical.pending)
     x, y = x / LEAN_LAG, y / LEAN_LAG
     return body[0] * x + body[3] * y, body[1] * x + body[4] * y, body[2] * x + body[5] * y
 
 
 def leaning_variance(vertical: Vertical) -> float:
-    """Return what such a bias leaves unknown of the tilt where no wheels are used [rad^2]."""
-    x, y = unexplained_lean(vertical)
+    """Return what a mean turn leaves unknown of the tilt where no wheels are used [rad^2]."""
+    x, y = unexplained_lean(vertical.lean, vertical.pending)
     return LEAN_DOUBT * LEAN_DOUBT * (x * x + y * y)
 
 
@@ -179,7 +191,7 @@ def followed(
     accel = (sample.accel_x, sample.accel_y, sample.accel_z)
     size = math.sqrt(accel[0] * accel[0] + accel[1] * accel[1] + accel[2] * accel[2])
     if size < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending, gain_error, vertical.lean)
+        return Vertical(up, force, b, age, pending, gain_error, vertical.lean, vertical.crept)
     age = min(age + dt, MEMORY)
     felt, share = rotated(body, accel), min(dt / age, 1.0)
     force = (
@@ -189,9 +201,10 @@ def followed(
     )
     length = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
     if length < LEAST_FORCE:
-        return Vertical(up, force, b, age, pending, gain_error, vertical.lean)
+        return Vertical(up, force, b, age, pending, gain_error, vertical.lean, vertical.crept)
+    none = (0.0, 0.0)
     if pending > UPSIDE_DOWN and force[0] * up[0] + force[1] * up[1] + force[2] * up[2] < 0.0:
-        return Vertical(unit(force), force, b, min(age, AFRESH), 0.0, gain_error, (0.0, 0.0))
+        return Vertical(unit(force), force, b, min(age, AFRESH), 0.0, gain_error, none, none)
     off = (force[0] / length - up[0], force[1] / length - up[1], force[2] / length - up[2])
     half = 0.5 * share
     up = unit((up[0] + half * off[0], up[1] + half * off[1], up[2] + half * off[2]))
@@ -200,8 +213,17 @@ def followed(
     pending += new * (square - pending)
     error, (x, y) = cross(up, off), vertical.lean
     lean = x + new * (error[0] - x), y + new * (error[1] - y)
-    bias = learnt_bias(b, body, error, unexplained_lean(vertical), dt, age)
-    return Vertical(up, force, bias, age, pending, gain_error, lean)
+    crept = _grown(vertical.crept[0], lean[0], dt), _grown(vertical.crept[1], lean[1], dt)
+    bias = learnt_bias(b, body, error, unexplained_lean(crept, pending), dt, age)
+    return Vertical(up, force, bias, age, pending, gain_error, lean, crept)
+
+
+def _grown(crept: float, lean: float, dt: float) -> float:
+    """Return what has come slowly of a mean turn, one sample later [rad]."""
+    step = CREEP * dt
+    if lean >= 0.0:
+        return min(max(crept, 0.0) + step, lean)
+    return max(min(crept, 0.0) - step, lean)
 
 
 def at_rest(
@@ -239,7 +261,8 @@ def at_rest(
     left, (p, q) = 1.0 - share, vertical.gain_error
     age, pending = _aged(vertical.age, share), left * vertical.pending
     lean = left * vertical.lean[0], left * vertical.lean[1]
-    return Vertical(up, force, learnt, age, pending, (left * p, left * q), lean)
+    crept, off = (left * vertical.crept[0], left * vertical.crept[1]), (left * p, left * q)
+    return Vertical(up, force, learnt, age, pending, off, lean, crept)
 
 
 def contradicts_rest(
@@ -288,9 +311,9 @@ def agreed(vertical: Vertical, bias: Vector, dt: float) -> Vertical:
     x, y, z = vertical.force
     force = (keep * x, keep * y, z)
     age = _aged(vertical.age, share)
-    p, q = vertical.gain_error
-    (x, y), pending = vertical.lean, keep * vertical.pending
-    return Vertical(up, force, learnt, age, pending, (keep * p, keep * q), (keep * x, keep * y))
+    (x, y), (p, q), (a, b) = vertical.lean, vertical.gain_error, vertical.crept
+    lean, off, crept = (keep * x, keep * y), (keep * p, keep * q), (keep * a, keep * b)
+    return Vertical(up, force, learnt, age, keep * vertical.pending, off, lean, crept)
 
 
 def learnt_bias(
@@ -344,6 +367,7 @@ def with_axes_turned(vertical: Vertical, turn: Vector) -> Vertical:
         vertical.pending,
         vertical.gain_error,
         vertical.lean,
+        vertical.crept,
     )
 
 
@@ -369,15 +393,20 @@ def body_by(vertical: Vertical, body: Matrix) -> Matrix:
 def levelled(vertical: Vertical, level: Quaternion) -> Vertical:
     """Return the vertical in axes that `levelling` has turned."""
     force = rotated(matrix_of(level), vertical.force)
-    age, pending = vertical.age, vertical.pending
-    up, gain_error = (0.0, 0.0, 1.0), vertical.gain_error
-    return Vertical(up, force, vertical.bias, age, pending, gain_error, vertical.lean)
+    age, pending, up = vertical.age, vertical.pending, (0.0, 0.0, 1.0)
+    gain_error, lean, crept = vertical.gain_error, vertical.lean, vertical.crept
+    return Vertical(up, force, vertical.bias, age, pending, gain_error, lean, crept)
 
 
 def off_level(vertical: Vertical) -> float:
     """Return the square of how far the navigation is from the vertical [rad^2]."""
     x, y, z = vertical.up
     return x * x + y * y if z > 0.0 else 4.0
+
+
+def apart_variance(vertical: Vertical) -> float:
+    """Return the square of that beyond what the vertical itself excuses [rad^2]."""
+    return max(off_level(vertical) - EXCUSED * unsettled_variance(vertical), 0.0)
 
 
 def bias_remarks(vertical: Vertical) -> tuple[str, ...]:
