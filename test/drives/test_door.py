@@ -13,11 +13,12 @@ import pytest
 
 import twbr_estimation as twbr
 from twbr_estimation.bags import write_recording
+from twbr_estimation.batch import correct, run_filter
 from twbr_estimation.cli.main import main
 from twbr_estimation.cli.simulate import write_simulated
 from twbr_estimation.filters import filter_named
 from twbr_estimation.pipeline.correction import Corrector
-from twbr_estimation.pipeline.pairing import wheel_reading
+from twbr_estimation.pipeline.pairing import pair, wheel_reading
 from twbr_estimation.robot import EncoderPlacement
 from twbr_estimation.samples import Sample
 from twbr_estimation.simulation import simulate
@@ -272,6 +273,27 @@ def test_the_estimator_corrects_as_the_correction_node(drive: twbr.Drive) -> Non
         dt = corrected.dt
         estimate = estimator.step(dt, imu.gyro[index], imu.accel[index], angles)
         assert estimate.tilt == pytest.approx(corrected.angle, abs=1e-12)
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_the_estimator_pairs_a_slower_encoder_as_the_nodes_do(
+    drive: twbr.Drive, every: int
+) -> None:
+    imu, wheels = drive.recording.imu, drive.recording.wheels
+    assert wheels is not None
+    angle = np.stack([np.interp(imu.stamps, wheels.stamps, each) for each in wheels.angle.T], 1)
+    slower = twbr.WheelTrack(imu.stamps[::every], angle[::every])
+    paired = pair(imu, slower, wait=0.0)
+    estimator = twbr.Estimator("complementary", drive.setup)
+    stepped = [
+        estimator.step(dt, gyro, accel, None if index % every else angle[index])
+        for index, (dt, gyro, accel) in enumerate(
+            zip(paired.field("dt").tolist(), imu.gyro, imu.accel, strict=True)
+        )
+    ]
+    run, entry = correct(paired, drive.setup), filter_named("complementary")
+    expected = run_filter(entry, entry.configure(), run, drive.setup.robot)
+    np.testing.assert_array_equal(expected.columns.T, stepped)
 
 
 def test_the_estimator_starts_afresh_after_reset() -> None:

@@ -189,7 +189,7 @@ class Pairer:
         stamp, values = self._pending.popleft()
         dt = 0.0 if self._last_stamp is None else (stamp - self._last_stamp) * 1e-9
         self._last_stamp = stamp
-        return stamp, Sample(*(dt, *values, *self._wheels_at(stamp), *self._motors_at(stamp)))
+        return stamp, Sample(*(dt, *values, *self.wheels_at(stamp), *self._motors_at(stamp)))
 
     def _motors_at(self, stamp: int) -> tuple[float, float, float]:
         motors = self._motors
@@ -199,7 +199,12 @@ class Pairer:
             return _UNKNOWN
         return motors[0].voltage, motors[0].difference, motors[0].motors
 
-    def _wheels_at(self, stamp: int) -> tuple[float, float, float]:
+    def wheels_at(self, stamp: int) -> tuple[float, float, float]:
+        """Return angle, difference and count of the wheels; zeros where they are unknown.
+
+        Args:
+            stamp: when [ns]; not earlier than asked for before.
+        """
         wheels = self._wheels
         while len(wheels) > 2 and wheels[2].stamp <= stamp:
             wheels.popleft()

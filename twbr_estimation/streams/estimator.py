@@ -12,11 +12,11 @@ from ..filters.base import Filter, filter_named
 from ..live_code.providing import compiled_correction, compiled_filter
 from ..parameters.argument_checks import as_number, elements_of, number_within, require_kind, shown
 from ..pipeline.correction import Corrector
-from ..pipeline.pairing import motor_command, wheel_reading
+from ..pipeline.pairing import Pairer, motor_command, wheel_reading
 from ..pipeline.physical import FARTHEST, FASTEST, LARGEST_VOLTAGE, STRONGEST
 from ..pipeline.watched_filter import WatchedFilter
 from ..robot import Robot, Setup
-from ..samples import SECONDS_PER_NANOSECOND, Sample, TiltEstimate
+from ..samples import NANOSECONDS_PER_SECOND, SECONDS_PER_NANOSECOND, Sample, TiltEstimate
 
 _UNKNOWN = (0.0, 0.0, 0.0)
 _LONGEST = 1e9  # [s]; a time between two samples beyond it is an error
@@ -58,6 +58,7 @@ class Estimator:
             self._corrector.use(compiled_correction())
             self._filter.use(compiled_filter(entry))
         self._checks = QuickChecks()
+        self._wheels, self._time = Pairer(wait=0.0), 0
         self._started = False
 
     @property
@@ -95,7 +96,9 @@ class Estimator:
             gyro: rates about the sensor's axes x, y, z [rad/s], as the device reports them.
             accel: specific forces along them [m/s^2]; +g on the axis that points up.
             wheels: encoder angle at this instant [rad], rolling forward positive: one, or left
-                and right; None where it is not known.
+                and right; None where there is no new reading: between those of a slower encoder
+                the angle is extrapolated for `WHEEL_TIMEOUT` at most, as the nodes do. Do not
+                repeat a reading: that is a wheel that stands.
             motors: voltage since the sample before [V]: one for both motors, or left and
                 right; None where it is not known.
 
@@ -109,13 +112,16 @@ class Estimator:
             *_numbers("gyro", gyro, (3,), FASTEST, "rad/s"),
             *_numbers("accel", accel, (3,), STRONGEST, "m/s^2"),
         )
-        turned, driven = _UNKNOWN, _UNKNOWN
-        if wheels is not None:
-            turned = wheel_reading(0, _numbers("wheels", wheels, (1, 2), FARTHEST, "rad"))[1:]
+        angles = () if wheels is None else _numbers("wheels", wheels, (1, 2), FARTHEST, "rad")
+        driven = _UNKNOWN
         if motors is not None:
             driven = motor_command(0, _numbers("motors", motors, (1, 2), LARGEST_VOLTAGE, "V"))[1:]
         if first:  # also where an own filter could not start with the one before
             self._corrector.reset()
+        time = self._time + (0 if first else max(round(elapsed * NANOSECONDS_PER_SECOND), 1))
+        if angles:
+            self._wheels.add_wheels(wheel_reading(time, angles))
+        turned, self._time = self._wheels.wheels_at(time), time
         sample = Sample._make((0.0 if first else elapsed, *readings, *turned, *driven))
         corrected = self._corrector.step(sample)
         self._checks.add(corrected)
@@ -126,6 +132,7 @@ class Estimator:
     def reset(self) -> None:
         """Forget everything; the next sample is a first one."""
         self._started = False
+        self._wheels.reset()
         self._corrector.reset()
         self._filter.forget()
         self._checks.restart()
