@@ -53,6 +53,9 @@ STEP_TIME = 0.08
 """Steps of an encoder over this time are a velocity that counts for nothing [s]."""
 BETWEEN = 2.0
 """Acceleration between two samples that none of them shows [m/s^2]."""
+MISREAD, MISREAD_TIME = 6.5, 2.0
+"""So many turns that no wheel can make within the second [s] are misread counts; more are a wrong
+unit."""
 PROBATION = 0.3
 """The velocities need so long to begin [s]."""
 
@@ -116,6 +119,8 @@ class WheelCheck(NamedTuple):
     """Of the encoder."""
     unsure: float
     """Largest variance of the tilt that the velocities remember [rad^2]."""
+    misread: float
+    """How many turns of late no wheel can have made."""
 
 
 def begin_check(unsure: float = 0.0) -> WheelCheck:
@@ -130,6 +135,7 @@ def begin_check(unsure: float = 0.0) -> WheelCheck:
         trust=Trust(0.0, 0.0, 0.0, 0.0, 0.0, needed=RETURN, longest=0.0),
         steps=Steps(0.0, 0.0, FIRST_STEP),
         unsure=unsure,
+        misread=0.0,
     )
 
 
@@ -206,6 +212,7 @@ def with_trust(check: WheelCheck, known: float, trust: Trust) -> WheelCheck:
         trust,
         check.steps,
         check.unsure,
+        check.misread,
     )
 
 
@@ -316,8 +323,11 @@ def compared(
     smooth, band = dt / (SMOOTHED + dt), dt / (left_out + dt)
     unsure = max(variance, check.unsure * max(1.0 - dt / SLOW, 0.0))
     fresh = still and check.waiting > 0.0
-    jump = sample.wheel_angle - check.steps.angle
-    jump = wheel_radius * jump if abs(jump) > FASTEST_WHEEL * dt else 0.0
+    jump, misread = 0.0, check.misread * max(1.0 - dt / MISREAD_TIME, 0.0)
+    change = sample.wheel_angle - check.steps.angle
+    if abs(change) > FASTEST_WHEEL * dt:
+        misread += 1.0
+        jump = wheel_radius * change if misread < MISREAD else 0.0
     apart = distance - before.travelled - jump
     turn = apart - whole_turns_less(apart, geometry) if body[8] < 0.0 else 0.0
     moved = smooth * (apart - turn)
@@ -358,6 +368,7 @@ def compared(
         trust=_later(check.trust, dt),
         steps=stepped(check.steps, sample.wheel_angle),
         unsure=unsure,
+        misread=misread,
     )
 
 
@@ -374,6 +385,7 @@ def _paused(
         trust=_later(check.trust, sample.dt),
         steps=Steps(sample.wheel_angle, 0.0, check.steps.size),
         unsure=check.unsure,
+        misread=check.misread,
     )
 
 
@@ -409,7 +421,15 @@ def _judged(check: WheelCheck, least: float, nothing: float, still: bool, dt: fl
         trust = Trust(lasting, doubted, 0.0, 0.0, trust.total, trust.needed, longest)
         slow = fast
     return WheelCheck(
-        1.0, check.velocities, slow, fast, check.waiting, trust, check.steps, check.unsure
+        1.0,
+        check.velocities,
+        slow,
+        fast,
+        check.waiting,
+        trust,
+        check.steps,
+        check.unsure,
+        check.misread,
     )
 
 
