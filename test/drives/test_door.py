@@ -305,6 +305,20 @@ def test_the_estimator_starts_afresh_after_reset() -> None:
     assert estimator.step(0.01, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81)) == first
 
 
+def test_the_estimator_forgets_the_wheels_of_a_sample_that_could_not_start_it() -> None:
+    gyro = filter_named("gyro")
+
+    def begins_near_zero(estimate: Any, sample: Any, c: Any) -> Any:
+        if sample.wheel_angle > 0.5:
+            raise ValueError("not yet")
+        return gyro.reset(estimate, sample, c)
+
+    estimator = twbr.Estimator(replace(gyro, name="mine", reset=begins_near_zero))
+    with pytest.raises(ValueError, match="not yet"):
+        estimator.step(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), 1.0)
+    estimator.step(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), 0.25)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

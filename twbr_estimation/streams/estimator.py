@@ -118,6 +118,7 @@ class Estimator:
             driven = motor_command(0, _numbers("motors", motors, (1, 2), LARGEST_VOLTAGE, "V"))[1:]
         if first:  # also where an own filter could not start with the one before
             self._corrector.reset()
+            self._wheels.reset()
         time = self._time + (0 if first else max(round(elapsed * NANOSECONDS_PER_SECOND), 1))
         if angles:
             self._wheels.add_wheels(wheel_reading(time, angles))
@@ -132,7 +133,6 @@ class Estimator:
     def reset(self) -> None:
         """Forget everything; the next sample is a first one."""
         self._started = False
-        self._wheels.reset()
         self._corrector.reset()
         self._filter.forget()
         self._checks.restart()
