@@ -505,14 +505,14 @@ def _propagated(
 ) -> Array:
     """Return the covariance at the end of the window; see `propagated` and `_compared`."""
     p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, keep, c)
-    if not _without_wheels(sample, moved.check):
-        roll, tilt = moved.aiding.drifting
-        p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
-        p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
-    else:
+    if _without_wheels(sample, moved.check):
         for axis, off in enumerate(unknown_bias(moved.vertical, moved.last.body)):
             i = GYRO_BIAS + axis
             p[i, i] = max(p[i, i], off * off)
+    else:
+        roll, tilt = moved.aiding.drifting
+        p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
+        p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
     if moved.navigation.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
         p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:
