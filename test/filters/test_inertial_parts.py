@@ -371,7 +371,7 @@ def test_a_force_that_goes_aside_at_once_is_an_acceleration() -> None:
         vertical = followed(vertical, LEVEL, (0.0, 0.0, 0.0), reading, 0.0, 0.0)
         largest = max(largest, *map(abs, unknown_bias(vertical, LEVEL)))
         assert max(map(abs, vertical.crept)) <= CREEP * max(k * DT - 3.9, 0.1)
-    assert largest < 0.006  # at once it would be a bias of a tenth of a radian over two seconds
+    assert largest < 0.006  # taken for a bias, a tenth of a radian would be 0.05 rad/s
 
 
 @pytest.mark.parametrize(

@@ -405,7 +405,7 @@ def off_level(vertical: Vertical) -> float:
 
 
 def apart_variance(vertical: Vertical) -> float:
-    """Return the square of that beyond what the vertical itself excuses [rad^2]."""
+    """Return how far the navigation is off beyond what the vertical itself excuses [rad^2]."""
     return max(off_level(vertical) - EXCUSED * unsettled_variance(vertical), 0.0)
 
 
