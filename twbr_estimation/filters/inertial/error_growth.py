@@ -69,6 +69,7 @@ def propagated(
     now: InertialReading,
     window: Window,
     keep: float,
+    gyro_drift: float,
     c: Coefficients,
 ) -> Array:
     """Return the covariance at the end of a window.
@@ -79,6 +80,7 @@ def propagated(
         now: the reading at its end.
         window: what happened within it.
         keep: what the accelerometer's errors keep of themselves.
+        gyro_drift: wandering of the gyro's bias [rad/s/sqrt(s)].
         c: coefficients.
     """
     time, body, slip = window.time, now.body, c.geometry.slip
@@ -86,7 +88,7 @@ def propagated(
     if keep < 1.0:
         fade(p, ACCEL_BIAS, ACCEL_BIAS + 3, keep)
     wander = c.accel_bias * c.accel_bias * (1.0 - keep * keep)
-    drift = c.gyro_drift * c.gyro_drift * time
+    drift = gyro_drift * gyro_drift * time
     scale = c.accel_scale * c.accel_scale * SCALE_MEMORY * _acceleration_squared(window) * time
     a, b, d = window.turn_noise
     e, f, g = window.push_noise

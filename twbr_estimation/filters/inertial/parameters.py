@@ -36,7 +36,7 @@ class Parameters(NamedTuple):
             "temperature faster and lets more noise into the bias.",
             logarithmic=True,
         ),
-    ] = 5e-5
+    ] = 2e-4
     gyro_gain: Annotated[
         float,
         Bounds(0.0, 0.2, "1", "Standard deviation of the gyro's relative gain error."),

@@ -37,8 +37,8 @@ LOST = 4.0
 LEARNT = 0.1
 """Share of the first variances of the sensors' errors that remains with what right wheels taught
 before; more was learnt, but perhaps some of it in doubt."""
-LEARNT_BIAS, KNOWN_BIAS = 0.01, 3.0
-"""The same of the gyro's bias, and how many times its variance until now is added to that."""
+LEARNT_BIAS = 0.01
+"""The same of the gyro's bias; its variance until now is added to that."""
 DRIFTING = 60.0
 """So long may the gyro's bias go on as it did when wheels were right last [s]."""
 BELIEVED = 0.5
@@ -128,7 +128,7 @@ def next_covariance(
     if learnt:
         for axis in range(3):
             i, off = GYRO_BIAS + axis, DRIFTING * drift[axis]
-            known = LEARNT_BIAS * p[i, i] + KNOWN_BIAS * before[i, i] + off * off
+            known = LEARNT_BIAS * p[i, i] + before[i, i] + off * off
             p[i, i] = min(p[i, i], known)
         for i in range(GYRO_GAIN, STATES):
             p[i, i] *= LEARNT
