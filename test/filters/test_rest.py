@@ -141,3 +141,21 @@ def test_a_base_that_speeds_up_and_brakes_again_and_again_turns_no_bias(
     apart = run_filter(other, other.configure(), track, ROBOT).tilt - found.tilt
     assert np.mean(error**2) < np.mean((error + np.degrees(apart)) ** 2)
     assert np.mean(np.radians(error) ** 2 / found.tilt_variance) < 3.0
+
+
+@pytest.mark.parametrize(("wheels", "largest"), [(True, 0.04), (False, 0.22)])
+def test_a_gyro_that_warms_up_is_followed_on_the_spot(wheels: bool, largest: float) -> None:
+    """By 1 deg/s within 80 s on all axes; a robot that keeps its place shows nothing else."""
+    step, time = clock(DT, 100.0, 2.5e-3)
+    starts = np.clip(time - 1.0, 0.0, 1.0)
+    ahead = 0.01 * np.sin(1.1 * time) * starts
+    motion = planar(step, DEGREE * np.sin(3.5 * time) * starts, ahead)
+    turned = rolled_angle(motion, ahead, ROBOT) if wheels else None
+    made = recorded("warms up", motion, turned, ROBOT, DT, 1, Sensor())
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    columns, at = track.columns.copy(), (track.stamps - track.stamps[0]) * 1e-9
+    for axis in ("gyro_x", "gyro_y", "gyro_z"):
+        columns[CorrectedSample._fields.index(axis)] += DEGREE * np.clip((at - 10.0) / 80.0, 0, 1)
+    error, valid = judged(made, CorrectedTrack(track.stamps, columns))
+    assert np.mean(error**2) < largest
+    assert np.mean(valid) > 0.95

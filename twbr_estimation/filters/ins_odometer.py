@@ -207,6 +207,9 @@ RACING = 0.01
 wheels slip, and motors that stay on race [m^2/s]."""
 FALLING = 6.0
 """A body that turns faster falls: its wheels slip, and teach no gain of the gyro [rad/s]."""
+APART_TIME = 2.0
+"""Time in which the doubt fades from force, vertical and navigation that pointed apart [s]: where a
+robot accelerates to and fro they cross while the tilt is furthest off."""
 JUMP = 0.05
 """After a larger repair of the attitude the velocities of the wheels' check begin afresh [rad]."""
 
@@ -226,6 +229,8 @@ class State(NamedTuple):
     stillness: Stillness
     pending: float
     """That of the vertical when the present run of quiet readings began [rad^2]."""
+    apart: float
+    """Variance of the tilt of late, as force, vertical and navigation pointed apart [rad^2]."""
     check: WheelCheck
     first_check: WheelCheck
     memory: LearntBefore
@@ -273,6 +278,7 @@ def _begun(estimate: TiltEstimate, sample: CorrectedSample, felt: float, c: Coef
         vertical=begin_vertical(now.force, bias, max(variance, unsure)),
         stillness=begin_stillness(sample),
         pending=0.0,
+        apart=0.0,
         check=begin_check(unsure),
         first_check=begin_check(),
         memory=begin_memory(nav),
@@ -331,6 +337,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         vertical=vertical,
         stillness=stillness,
         pending=pending,
+        apart=state.apart,
         check=check,
         first_check=first,
         memory=state.memory,
@@ -435,7 +442,8 @@ def _compared(
     biased = still and shows_bias(moved.stillness, fixed.gyro_bias)
     if biased:
         memory = begin_memory(begin_navigation(fixed.attitude, vertical.bias))
-    if astray or lost or off or biased:
+    begins = astray or lost or off or biased
+    if begins:
         learnt = astray and were_right_once(check) and not falling
         if astray and not (lost or biased) and beginning.variance < variance_of(vertical):
             afresh = restarted_at_beginning(fixed, vertical, beginning, p, memory, learnt, c)
@@ -458,8 +466,11 @@ def _compared(
     doubt = share * min(unseen_variance(vertical), first)
     doubt += far_away_variance(vertical) + scale_variance(moved.gravity)
     doubt += spun_variance(moved.clipping, now.body, wheels)
+    apart = leaning_variance(vertical) + apart_variance(vertical)
+    if not (still or begins):
+        apart = max(apart, moved.apart * max(1.0 - time / APART_TIME, 0.0))
     if wheels == 0.0:
-        doubt += swayed_variance(vertical) + leaning_variance(vertical) + apart_variance(vertical)
+        doubt += swayed_variance(vertical) + apart
     elif not sure:
         doubt += off_level(vertical)
     if still:
@@ -481,6 +492,7 @@ def _compared(
         vertical=vertical,
         stillness=moved.stillness,
         pending=moved.pending,
+        apart=apart,
         check=check,
         first_check=moved.first_check,
         memory=remembered(memory, fixed, sound, time),
