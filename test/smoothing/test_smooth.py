@@ -132,7 +132,7 @@ def test_transition_is_that_of_the_covariance():
     half = random.standard_normal((STATES, STATES))
     square = half @ half.T
     keep = share_kept(window.time, c.accel_bias_time)
-    moved = propagated(square.copy(), nav, state.last, window, keep, c)
-    moved = moved - propagated(np.zeros((STATES, STATES)), nav, state.last, window, keep, c)
+    moved = propagated(square.copy(), nav, state.last, window, keep, 1.0, c)
+    moved = moved - propagated(np.zeros((STATES, STATES)), nav, state.last, window, keep, 1.0, c)
     f = transition_of(nav, state.last, window, c, 1.0)
     assert f @ square @ f.T == pytest.approx(moved, rel=1e-9, abs=1e-12)

@@ -200,8 +200,6 @@ SOUND = 0.5
 """What was learnt is kept for later only while it is less strange than this."""
 ROLL_SHARE = 0.5
 """What the corrections of the roll's bias say of a drift; less than those of the tilt's."""
-GUIDED_DRIFT = 0.5
-"""Share of the gyro's drift with wheels: they may be wrong, and then pull its bias less."""
 RACING = 0.01
 """Growth of the variance of the distance where a robot falls faster than the gyro's range: its
 wheels slip, and motors that stay on race [m^2/s]."""
@@ -518,8 +516,8 @@ def _propagated(
     moved: State, unseen: float, keep: float, sample: CorrectedSample, c: Coefficients
 ) -> Array:
     """Return the covariance at the end of the window; see `propagated` and `_compared`."""
-    drift = c.gyro_drift if sample.wheel_count == 0.0 else GUIDED_DRIFT * c.gyro_drift
-    p = propagated(moved.covariance, moved.navigation, moved.last, moved.window, keep, drift, c)
+    nav, count = moved.navigation, sample.wheel_count
+    p = propagated(moved.covariance, nav, moved.last, moved.window, keep, count, c)
     if _without_wheels(sample, moved.check):
         for axis, off in enumerate(unknown_bias(moved.vertical, moved.last.body)):
             i = GYRO_BIAS + axis
@@ -528,7 +526,7 @@ def _propagated(
         roll, tilt = moved.aiding.drifting
         p[GYRO_BIAS, GYRO_BIAS] += drift_noise(ROLL_SHARE * roll, moved.window.time)
         p[GYRO_BIAS + 1, GYRO_BIAS + 1] += drift_noise(tilt, moved.window.time)
-    if moved.navigation.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
+    if nav.exceeded == TILT_RATE and abs(moved.tilt) > LYING:
         p[DISTANCE, DISTANCE] += RACING * moved.window.time
     if sample.dt > GAP:
         silent = sample.dt - GAP

@@ -144,9 +144,8 @@ def _compared(
     tape: Tape,
     k: int,
 ) -> Pass:
-    p = propagated(
-        state.covariance, nav, now, window, share_kept(window.time, c.accel_bias_time), c
-    )
+    keep = share_kept(window.time, c.accel_bias_time)
+    p = propagated(state.covariance, nav, now, window, keep, sample.wheel_count, c)
     f = transition_of(nav, now, window, c, state.excess_kept)
     if not p[0, 0] + p[1, 1] < LOST:
         bias = nav.gyro_bias[1]

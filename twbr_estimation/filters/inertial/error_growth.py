@@ -27,6 +27,8 @@ from .strapdown import heading_of
 
 SCALE_MEMORY = 0.1
 """How long the error from the accelerometer's scale stays alike [s]."""
+GUIDED_DRIFT = 0.5
+"""Share of the gyro's drift with wheels: they may be wrong, and then pull its bias less."""
 
 
 def transition(nav: Navigation, now: InertialReading, window: Window, c: Coefficients) -> Array:
@@ -69,7 +71,7 @@ def propagated(
     now: InertialReading,
     window: Window,
     keep: float,
-    gyro_drift: float,
+    wheels: float,
     c: Coefficients,
 ) -> Array:
     """Return the covariance at the end of a window.
@@ -80,7 +82,7 @@ def propagated(
         now: the reading at its end.
         window: what happened within it.
         keep: what the accelerometer's errors keep of themselves.
-        gyro_drift: wandering of the gyro's bias [rad/s/sqrt(s)].
+        wheels: how many encoders the robot has.
         c: coefficients.
     """
     time, body, slip = window.time, now.body, c.geometry.slip
@@ -88,7 +90,8 @@ def propagated(
     if keep < 1.0:
         fade(p, ACCEL_BIAS, ACCEL_BIAS + 3, keep)
     wander = c.accel_bias * c.accel_bias * (1.0 - keep * keep)
-    drift = gyro_drift * gyro_drift * time
+    drift = c.gyro_drift if wheels == 0.0 else GUIDED_DRIFT * c.gyro_drift
+    drift = drift * drift * time
     scale = c.accel_scale * c.accel_scale * SCALE_MEMORY * _acceleration_squared(window) * time
     a, b, d = window.turn_noise
     e, f, g = window.push_noise
