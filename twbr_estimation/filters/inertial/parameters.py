@@ -32,7 +32,7 @@ class Parameters(NamedTuple):
             0.0,
             1e-2,
             "rad/s/sqrt(s)",
-            "Wandering of the gyro bias. Larger follows "
+            "Wandering of the gyro bias; half of it counts with wheels. Larger follows "
             "temperature faster and lets more noise into the bias.",
             logarithmic=True,
         ),
