@@ -22,13 +22,11 @@ from .error_state import (
     fade,
 )
 from .navigation import InertialReading, Navigation, Window
-from .parameters import Coefficients
+from .parameters import GUIDED_DRIFT, Coefficients
 from .strapdown import heading_of
 
 SCALE_MEMORY = 0.1
 """How long the error from the accelerometer's scale stays alike [s]."""
-GUIDED_DRIFT = 0.5
-"""Share of the gyro's drift with wheels: they may be wrong, and then pull its bias less."""
 
 
 def transition(nav: Navigation, now: InertialReading, window: Window, c: Coefficients) -> Array:

@@ -11,6 +11,9 @@ from ...parameters.bounds import Bounds
 from ...robot import EncoderPlacement, Robot
 from .aiding import ROOM_PERIOD, Geometry
 
+GUIDED_DRIFT = 0.5
+"""Share of the gyro's drift with wheels: they may be wrong, and then pull its bias less."""
+
 
 class Parameters(NamedTuple):
     """Properties of sensors, calibration and ground."""
@@ -32,7 +35,7 @@ class Parameters(NamedTuple):
             0.0,
             1e-2,
             "rad/s/sqrt(s)",
-            "Wandering of the gyro bias; half of it counts with wheels. Larger follows "
+            f"Wandering of the gyro bias; with wheels {GUIDED_DRIFT:g} times it. Larger follows "
             "temperature faster and lets more noise into the bias.",
             logarithmic=True,
         ),
