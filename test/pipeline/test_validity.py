@@ -12,6 +12,10 @@ from twbr_estimation.pipeline.validity import (
     LYING_STDDEV,
     PROVEN_STDDEV,
     PROVEN_TIME,
+    REGAINED_STDDEV,
+    SUSTAINED_SHARE,
+    SUSTAINED_STDDEV,
+    SUSTAINED_TIME,
     VALID_STDDEV,
     begin,
     certain,
@@ -20,8 +24,9 @@ from twbr_estimation.pipeline.validity import (
 from twbr_estimation.samples import LYING, STANDARD_GRAVITY, CorrectedSample, TiltEstimate
 
 DT = 0.01
-SMALL, BETWEEN, LARGE = 0.5 * EARNED_STDDEV, 0.5 * (EARNED_STDDEV + VALID_STDDEV), 0.25
+SMALL, BETWEEN, LARGE = 0.5 * REGAINED_STDDEV, 0.5 * (EARNED_STDDEV + VALID_STDDEV), 0.25
 SHORT, LONG = 0.5 * EARNED_TIME, 2.0 * EARNED_TIME
+PUSH = SUSTAINED_TIME - 2.0 * DT
 
 
 def verdicts(
@@ -54,8 +59,12 @@ def verdicts(
         ([(SMALL, SHORT), (BETWEEN, DT)], [True, False]),  # it was a lie that was found out
         ([(SMALL, SHORT), (0.1, DT)], [True, True]),  # pushed soon after the start
         ([(SMALL, LONG), (LARGE, DT), (SMALL, SHORT), (0.1, DT)], [True, False, True, False]),
-        ([(SMALL, LONG), (LARGE, DT), (SMALL, LONG), (0.1, LONG)], [True, False, True, True]),
-        ([(SMALL, LONG), (BETWEEN, LONG)], [True, True]),  # no reason to stop the motors
+        ([(SMALL, LONG), (LARGE, DT), (SMALL, LONG), (0.1, PUSH)], [True, False, True, True]),
+        ([(SMALL, LONG), (BETWEEN, PUSH)], [True, True]),  # no reason to stop the motors
+        ([(SMALL, LONG), (BETWEEN, SHORT)], [True, False]),  # no push, but what is not known
+        ([(SMALL, LONG), (BETWEEN, PUSH), (SMALL, DT), (BETWEEN, PUSH)], [True] * 4),
+        ([(SMALL, LONG), (0.9 * SUSTAINED_STDDEV, LONG)], [True, True]),
+        ([(SMALL, LONG), (BETWEEN, SHORT), (0.9 * SUSTAINED_STDDEV, DT)], [True, False, False]),
         ([(SMALL, LONG), (LARGE, DT)], [True, False]),
         ([(SMALL, LONG), (LARGE, DT), (BETWEEN, LONG), (SMALL, DT)], [True, False, False, True]),
     ],
@@ -66,7 +75,7 @@ def test_a_deviation_is_earned_small_and_lost_large(
     assert list(verdicts(phases)) == expected
 
 
-PROVEN, UNPROVEN = 0.9 * PROVEN_STDDEV, 0.5 * (PROVEN_STDDEV + EARNED_STDDEV)
+PROVEN, UNPROVEN = 0.9 * PROVEN_STDDEV, 0.5 * (PROVEN_STDDEV + REGAINED_STDDEV)
 
 
 @pytest.mark.parametrize(
@@ -89,6 +98,13 @@ def test_a_users_smaller_limit_holds_for_both() -> None:
     limit = 0.5 * SMALL
     assert list(verdicts([(0.9 * limit, LONG), (1.1 * limit, DT)], limit)) == [True, False]
     assert list(verdicts([(1.1 * limit, DT)], limit)) == [False]  # from the first sample on
+
+
+def test_a_users_larger_limit_allows_a_larger_deviation_for_long() -> None:
+    lasting = SUSTAINED_SHARE * 2.0 * VALID_STDDEV
+    phases = [(SMALL, LONG), (0.9 * lasting, LONG), (1.1 * lasting, LONG)]
+    assert list(verdicts(phases, 2.0 * VALID_STDDEV)) == [True, True, False]
+    assert list(verdicts(phases)) == [True, False, False]
 
 
 @pytest.mark.parametrize("tilt", [LYING + 0.01, -LYING - 0.01, 3.1])

@@ -40,7 +40,10 @@ from .unseen import (
 
 VALID_STDDEV = 0.2
 """Deviation of a tilt [rad] above which it is not trusted, unless a user sets another."""
-EARNED_STDDEV = 0.08
+SUSTAINED_STDDEV, SUSTAINED_SHARE, SUSTAINED_TIME = 0.06, 0.3, 1.0
+"""The filter's own deviation [rad] above which its tilt is trusted for so long [s] only, at least
+that share of the limit above: longer than a push, it is no transient but what is not known."""
+EARNED_STDDEV, REGAINED_STDDEV = 0.08, 0.05
 """The filter's own deviation [rad] below which its tilt is trusted first, and again."""
 EARNED_TIME, FIRST_STDDEV = 3.0, 0.12
 """A tilt that has been trusted again for less than the first [s] is lost at that deviation, too;
@@ -132,6 +135,8 @@ class Certainty(NamedTuple):
 
     time: float
     """[s]; for how long it has not where below 0."""
+    unsure: float
+    """For how long the deviation has been above what may be sustained [s]."""
     lost: float
     """1 where it has let it count before, or anything may have happened since, else 0."""
     needed: float
@@ -188,7 +193,7 @@ def begin(
             that has to be confirmed, too, unless the sample is one of a robot at rest.
     """
     variance = FIRST_SCATTER * FIRST_SCATTER
-    certainty = Certainty(-1.0, 1.0 if unknown else 0.0, EARNED_STDDEV)
+    certainty = Certainty(-1.0, 0.0, 1.0 if unknown else 0.0, EARNED_STDDEV)
     shown = self_judged or shows_gravity(sample)
     rests = shows_rest(sample, estimate.tilt, estimate.gyro_bias)
     doubt, trusted = _UNKNOWN if unknown else variance, not unknown and (self_judged or rests)
@@ -455,22 +460,26 @@ def _certainty(
     """
     limit = valid_stddev
     if before.time < 0.0:
-        limit = min(before.needed if before.time > -PROVEN_TIME else EARNED_STDDEV, limit)
+        waited = before.time <= -PROVEN_TIME
+        limit = min(max(before.needed, REGAINED_STDDEV) if waited else before.needed, limit)
     elif before.time <= EARNED_TIME:
         limit = min(EARNED_STDDEV if before.lost > 0.0 else FIRST_STDDEV, limit)
     if abs(wrapped(estimate.tilt)) > LYING:
         limit = min(LYING_STDDEV, limit)
-    if estimate.tilt_variance <= limit * limit:
+    sustained, unsure = max(SUSTAINED_STDDEV, SUSTAINED_SHARE * valid_stddev), 0.0
+    if before.time > EARNED_TIME and estimate.tilt_variance > sustained * sustained:
+        unsure = before.unsure + dt
+    if estimate.tilt_variance <= limit * limit and unsure <= SUSTAINED_TIME:
         time = before.time + dt if before.time >= 0.0 else 0.0
-        return Certainty(time, before.lost, before.needed)
+        return Certainty(time, unsure, before.lost, before.needed)
     if before.time < 0.0:
-        return Certainty(before.time - dt, before.lost, before.needed)
+        return Certainty(before.time - dt, unsure, before.lost, before.needed)
     needed = before.needed
     if before.time > EARNED_TIME:
-        needed = EARNED_STDDEV
+        needed = REGAINED_STDDEV
     elif self_judged and before.lost == 0.0:
         needed = PROVEN_STDDEV
-    return Certainty(-dt, 1.0, needed)
+    return Certainty(-dt, unsure, 1.0, needed)
 
 
 def certain(now: Watch) -> bool:
