@@ -121,6 +121,10 @@ def halted(angle: np.ndarray) -> np.ndarray:
     return result
 
 
+def repeated(angle: np.ndarray, times: int) -> np.ndarray:
+    return angle[np.arange(len(angle)) // times * times]
+
+
 def turned(angle: float) -> Callable[[Simulated], Faulty]:
     """Return a fault: the IMU sits turned about the vertical, and `mounting` does not say so."""
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -179,6 +183,7 @@ CASES = {
     "right wheel counted four times": (wheels(lambda a: a * [1.0, 4.0]), "wheels scale", 4.0),
     "wheels noisy": (wheels(noisy), "wheels noise", 5.0),
     "wheels of 24 counts": (wheels(lambda a: quantised(a, 24)), "wheels resolution", 0.262),
+    "wheels read every 15 ms": (wheels(lambda a: repeated(a, 3)), "wheels repeats", 3.0),
     "wheels with spikes": (wheels(spiky), "wheels jumps", None),
     "wheels at rest while carried": (wheels(carried), "wheels rolling", None),
     "wheels late": (wheels(lambda a: a, late=0.2), "wheels clock", 0.2),

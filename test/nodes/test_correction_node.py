@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -124,6 +125,24 @@ def test_a_dead_encoder_is_reported_and_its_return_too(graph: Any, sensors: Any)
     graph.spin_until(lambda: message() == "correcting")
     assert len(received) >= 595  # those after the last wheel reading still wait for the next
     assert not any(np.isnan(each.orientation.y) for each in received)
+
+
+def test_readings_that_are_repeated_are_named(graph: Any, sensors: Any) -> None:
+    node_in(graph, timeout=20.0)
+    diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
+    graph.settle()
+    drive = sensors.drive(600)
+    angle = drive.wheels.angle
+    wheels = replace(drive.wheels, angle=angle[np.arange(len(angle)) // 4 * 4])
+
+    def message() -> str:
+        status = latest_status(diagnostics, "correction_node")
+        return status.message if status else ""
+
+    sensors.play(drive._replace(wheels=wheels))
+    graph.spin_until(lambda: "wheel readings are repeated" in message())
+    period = float(np.median(np.diff(wheels.stamps))) * 1e-6
+    assert f"for {4.0 * period:.0f} ms" in message()
 
 
 def test_parameters_are_refused_as_a_whole(graph: Any) -> None:

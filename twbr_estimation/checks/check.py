@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from ..pipeline.pairing import new_readings
 from ..recording import Recording
 from ..robot import Robot, Setup
 from .agreement import agreement
@@ -66,7 +67,8 @@ def _motion(
         return []
     if recording.wheels is not None and dead_wheels(recording.wheels):
         return []
-    return list(agreement(parts, robot, recording.wheels))
+    wheels = None if recording.wheels is None else new_readings(recording.wheels)
+    return list(agreement(parts, robot, wheels))
 
 
 def _same_cause(finding: Finding, others: Sequence[Finding]) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ..pipeline.pairing import new_readings
 from ..recording import FloatArray, WheelTrack
 from .band import SHORT
 from .evidence import STEP
@@ -33,6 +34,10 @@ def resolution(track: WheelTrack | None, others: Sequence[Finding]) -> Iterator[
     wrong = any(each.subject == "wheels" and each.severity is Severity.FAIL for each in others)
     if track is None or track.stamps.size < 2 or wrong:
         return
+    new = new_readings(track)
+    if new.stamps.size < track.stamps.size:
+        yield _repeated(track, new)
+    track = new
     step, noise = step_of(track), noise_of(track)
     if noise > NOISY + step:
         yield Finding(
@@ -55,6 +60,19 @@ def resolution(track: WheelTrack | None, others: Sequence[Finding]) -> Iterator[
         )
     elif step > 0.0:
         yield passed("wheels", "resolution", f"the angle changes in steps of {step:.2g} rad")
+
+
+def _repeated(track: WheelTrack, new: WheelTrack) -> Finding:
+    sent, read = period_of(track.stamps), period_of(new.stamps)
+    return Finding(
+        Severity.WARN,
+        "wheels",
+        "repeats",
+        f"each reading is sent again until the encoder is read anew, every {1e3 * read:.3g} ms, "
+        f"not {1e3 * sent:.3g} ms; the repeats are left out: send each reading once, or read "
+        "more often",
+        read / sent,
+    )
 
 
 def step_of(track: WheelTrack) -> float:

@@ -221,6 +221,9 @@ class CorrectionNode(GuardedNode):
         found = sentences(self._checks.look(time.monotonic()))
         if problems := "; ".join(filter(None, (stamps, self._mounting.problem, found))):
             return Report(Level.WARN, problems, values)
+        if repeated := stream.wheels_repeated:
+            text = f"wheel readings are repeated for {1e3 * repeated:.0f} ms: send each once"
+            return Report(Level.WARN, text, values)
         if self._wheels.rates.messages:
             return Report(Level.OK, "correcting; wheel angles integrated from velocities", values)
         return Report(Level.OK, "correcting", values)

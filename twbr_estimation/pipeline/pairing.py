@@ -3,20 +3,23 @@
 Both streams are paired by their stamps: the encoder angle is interpolated between the
 wheel readings around the IMU sample. A live stream may wait for the later of the two, but
 never longer than a bounded time; then the last readings are extrapolated, and once they
-are too old the sample goes on without a wheel. The motors' voltage is that of the latest command
-given before the sample, which nothing has to wait for. `pair` does for whole tracks what `Pairer`
-does sample by sample, with the same numbers.
+are too old the sample goes on without a wheel. Readings that are only repeated are left out
+(`repeats`). The motors' voltage is that of the latest command given before the sample, which
+nothing has to wait for. `pair` does for whole tracks what `Pairer` does sample by sample, with the
+same numbers.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..samples import MOTORS, NANOSECONDS_PER_SECOND, READINGS, WHEELS, Sample
+from .repeats import Repeats, begin, counting, follow
 
 if TYPE_CHECKING:  # a live stream needs no recordings, and a node starts sooner without
     from ..recording import FloatArray, ImuTrack, MotorTrack, StampArray, WheelTrack
@@ -118,6 +121,7 @@ class Pairer:
         self._timeout = round(WHEEL_TIMEOUT * NANOSECONDS_PER_SECOND)
         self._motor_timeout = round(MOTOR_TIMEOUT * NANOSECONDS_PER_SECOND)
         self._wheels: deque[WheelReading] = deque(maxlen=_MOST_READINGS)
+        self._repeats: Repeats | None = None
         self._motors: deque[MotorCommand] = deque(maxlen=_MOST_READINGS)
         self._pending: deque[tuple[int, tuple[float, ...]]] = deque()
         self._first_stamp: int | None = None
@@ -125,14 +129,20 @@ class Pairer:
 
     def reset(self) -> None:
         """Forget everything, pending samples included."""
-        self._wheels.clear()
+        self.forget_wheels()
         self._motors.clear()
         self._pending.clear()
         self._first_stamp = self._last_stamp = None
 
+    @property
+    def repeated(self) -> float:
+        """For how long the wheels' readings are repeated [s]; 0 where they are not."""
+        return self._repeats.lasting if self._repeats is not None else 0.0
+
     def forget_wheels(self) -> None:
         """Forget the wheel readings, because their clock was set back."""
         self._wheels.clear()
+        self._repeats = None
 
     def restart(self, stamp: int) -> None:
         """Begin again at `stamp` [ns], because the IMU's clock was set back.
@@ -142,7 +152,7 @@ class Pairer:
         self._pending.clear()
         self._first_stamp = self._last_stamp = None
         if self._wheels and self._wheels[-1].stamp > stamp + self._timeout:
-            self._wheels.clear()
+            self.forget_wheels()
         if self._motors and self._motors[-1].stamp > stamp + self._motor_timeout:
             self._motors.clear()
 
@@ -157,8 +167,14 @@ class Pairer:
 
         A reading that is not newer than the one before is ignored.
         """
-        if not self._wheels or reading.stamp > self._wheels[-1].stamp:
+        stamp, angle, difference, _ = reading
+        if self._repeats is None:
+            self._repeats = begin(stamp, angle, difference)
             self._wheels.append(reading)
+        elif stamp > self._repeats.latest:
+            self._repeats = follow(self._repeats, stamp, angle, difference)
+            if self._repeats.counted == stamp:
+                self._wheels.append(reading)
         return self._release()
 
     def add_imu(self, stamp: int, values: tuple[float, ...]) -> list[tuple[int, Sample]]:
@@ -266,8 +282,17 @@ def pair(
     return SampleTrack(imu.stamps, columns)
 
 
+def new_readings(wheels: WheelTrack) -> WheelTrack:
+    """Return the wheels without readings that are only repeated."""
+    counts = counting(wheels.stamps, _mean(wheels.angle), _difference(wheels.angle))
+    if np.all(counts):
+        return wheels
+    return replace(wheels, stamps=wheels.stamps[counts], angle=wheels.angle[counts])
+
+
 def _wheels_at(stamps: StampArray, wheels: WheelTrack, wait: int) -> FloatArray:
     timeout = round(WHEEL_TIMEOUT * NANOSECONDS_PER_SECOND)
+    wheels = new_readings(wheels)
     times, count = wheels.stamps, wheels.stamps.size
     last = np.searchsorted(times, stamps, side="right") - 1
     following = np.minimum(last + 1, count - 1)

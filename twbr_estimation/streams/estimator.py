@@ -97,8 +97,8 @@ class Estimator:
             accel: specific forces along them [m/s^2]; +g on the axis that points up.
             wheels: encoder angle at this instant [rad], rolling forward positive: one, or left
                 and right; None where there is no new reading: between those of a slower encoder
-                the angle is extrapolated for `WHEEL_TIMEOUT` at most, as the nodes do. Do not
-                repeat a reading: that is a wheel that stands.
+                the angle is extrapolated for `WHEEL_TIMEOUT` at most, as the nodes do. Readings
+                that are repeated instead are found out after some steps (`pipeline.repeats`).
             motors: voltage since the sample before [V]: one for both motors, or left and
                 right; None where it is not known.
 

@@ -39,6 +39,11 @@ class GuardedPairing:
         self.wheel_guard = StampGuard()
         self._pairer = Pairer(wait)
 
+    @property
+    def wheels_repeated(self) -> float:
+        """For how long the wheels' readings are repeated [s]; 0 where they are not."""
+        return self._pairer.repeated
+
     def flush(self) -> StampedSamples:
         """Return the samples that still wait for a wheel, because nothing more arrives."""
         return self._completed(self._pairer.flush())
