@@ -131,7 +131,7 @@ def test_readings_that_are_repeated_are_named(graph: Any, sensors: Any) -> None:
     node_in(graph, timeout=20.0)
     diagnostics = graph.collect(DiagnosticArray, "/diagnostics")
     graph.settle()
-    drive = sensors.drive(600)
+    drive = sensors.drive(1000)  # the wheels turn back
     angle = drive.wheels.angle
     wheels = replace(drive.wheels, angle=angle[np.arange(len(angle)) // 4 * 4])
 

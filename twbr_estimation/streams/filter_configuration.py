@@ -57,8 +57,9 @@ class FilterSettings:
             1e-6,
             math.pi,
             "rad",
-            "Above this standard deviation the tilt is not valid, nor for more than 1 s above 0.3 of "
-            "it (0.06 rad at least); a new or lost one, or one far from upright, needs a smaller one",
+            "Above this standard deviation the tilt is not valid, nor for more than 1 s above "
+            "0.3 of it (0.06 rad at least); a new or lost tilt, or one far from upright, needs a "
+            "smaller one",
         ),
     ] = VALID_STDDEV
     settings_dt: Annotated[
