@@ -16,7 +16,7 @@ from twbr_estimation.recording import FloatArray
 from twbr_estimation.robot import Robot
 from twbr_estimation.samples import STANDARD_GRAVITY, CorrectedSample
 from twbr_estimation.simulation.hard_days.day import DEGREE, Day, between, clock, ramp, recorded
-from twbr_estimation.simulation.hard_days.prescribed import Sensor, planar, rolled_angle
+from twbr_estimation.simulation.hard_days.prescribed import Motion, Sensor, planar, rolled_angle
 from twbr_estimation.streams.filter_configuration import FilterConfiguration, FilterSettings
 from twbr_estimation.streams.filtering import FilterStream
 
@@ -159,3 +159,24 @@ def test_a_gyro_that_warms_up_is_followed_on_the_spot(wheels: bool, largest: flo
     error, valid = judged(made, CorrectedTrack(track.stamps, columns))
     assert np.mean(error**2) < largest
     assert np.mean(valid) > 0.95
+
+
+@pytest.mark.parametrize("roll", [60.0, -75.0, 83.0])
+@pytest.mark.parametrize("period", [0.005, 0.01])
+def test_wheels_of_a_robot_on_its_side_move_no_tilt(roll: float, period: float) -> None:
+    """It lies there for 8 s, is put up in one, and drives to and fro."""
+    step, time = clock(period, 20.0, 2.5e-3)
+    ahead = 0.1 * (1.0 - np.cos(3.0 * (time - 10.0))) * ramp(time, 10.0, 11.0)
+    zero, side = np.zeros_like(time), roll * DEGREE * (1.0 - ramp(time, 8.0, 9.0))
+    motion = Motion(step, zero, side, zero, np.stack([ahead, zero, zero], axis=1))
+    wheel = rolled_angle(motion, ahead, ROBOT)
+    wheels = np.stack([wheel, wheel], axis=1)
+    made = recorded("on its side", motion, wheels, ROBOT, period, 1, Sensor())
+    track = correct(pair(made.recording.imu, made.recording.wheels), made.setup)
+    error, valid = judged(made, track)
+    at = period * np.arange(error.size)
+    assert np.abs(error[at > 1.0]).max() < 2.0
+    assert np.abs(error[at > 10.0]).max() < 0.5
+    assert np.mean(valid) > 0.95
+    found = run_filter(INS, INS.configure(), track, made.setup.robot)
+    assert INS.wheels_ignored is not None and INS.wheels_ignored(found.state) == 0.0

@@ -208,6 +208,8 @@ FALLING = 6.0
 APART_TIME = 2.0
 """Time in which the doubt fades from force, vertical and navigation that pointed apart [s]: where a
 robot accelerates to and fro they cross while the tilt is furthest off."""
+ON_SIDE = 0.7
+"""Upward share of the left axis beyond which the robot lies on its side, and no wheel rolls."""
 JUMP = 0.05
 """After a larger repair of the attitude the velocities of the wheels' check begin afresh [rad]."""
 
@@ -301,7 +303,8 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
     unseen = unseen_turn(clipping, sample, now.body)
     vertical = followed(state.vertical, now.body, now.rate, sample, unseen, c.gyro_gain)
     fallen = state.check.waiting > 0.0 and abs(state.tilt) > LYING  # the wheels may race
-    wheels = not (_without_wheels(sample, state.check) or fallen)
+    aside = _on_side(now)
+    wheels = not (_without_wheels(sample, state.check) or fallen or aside)
     hidden = unseen_variance(vertical) if clipped_of_late(state.check) else 0.0
     still = is_still(stillness, vertical.bias, wheels, hidden)
     off = rest_variance(stillness)
@@ -314,7 +317,7 @@ def step(state: State, sample: CorrectedSample, c: Coefficients) -> State:
         vertical = at_rest(vertical, now.body, stillness.accel, stillness.gyro, off, sample.dt)
     elif proven(state.check):
         vertical = agreed(vertical, nav.gyro_bias, sample.dt)
-    blinded = unseen > 0.0 or is_saturated(sample)
+    blinded = unseen > 0.0 or is_saturated(sample) or aside
     variance, left = _navigation_variance(state), nav.lever_left
     check = checked(state.check, sample, now, variance, left, geometry, still, blinded)
     first = state.first_check
@@ -415,7 +418,8 @@ def _compared(
     p = _propagated(moved, unseen, keep, sample, c)
     error = np.zeros(STATES)
     racing = still and moved.stillness.rolled > ROLLED
-    wheels = usable_wheels(moved.aiding, sample) if believed(check) and not racing else 0.0
+    roll = believed(check) and not (racing or _on_side(now))
+    wheels = usable_wheels(moved.aiding, sample) if roll else 0.0
     aiding = _aided(p, error, moved, wheels, still, sample, c)
     fixed = repaired(nav, error)
     excess = drifted_excess(p, fixed, time, sample)
@@ -505,6 +509,11 @@ def _compared(
 def _without_wheels(sample: CorrectedSample, check: WheelCheck) -> bool:
     """Whether there are no wheels, or none but wrong ones."""
     return sample.wheel_count == 0.0 or check.trust.ignored > 0.0
+
+
+def _on_side(now: InertialReading) -> bool:
+    """Whether the robot lies on its side, where its tilt says little and its wheels nothing."""
+    return abs(now.body[7]) > ON_SIDE
 
 
 def _falls(tilt: float, now: InertialReading) -> bool:
