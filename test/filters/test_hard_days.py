@@ -442,13 +442,3 @@ def test_readings_of_a_chip_that_wakes_up_are_not_trusted(asleep: int) -> None:
     error = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
     assert np.abs(error[asleep:]).max() < 5.0
     assert not trusted(entry, track, found)[:asleep].any()
-
-
-def test_wheels_that_never_proved_right_pull_no_robot_in_a_hand() -> None:
-    """It only stood before: they were noticed once they had pulled it by 14 deg."""
-    made, wheels, _ = day("carried, one encoder", 0.01, 9301)
-    entry, truth = filter_named("ins_odometer"), made.recording.truth
-    assert truth is not None
-    found = run_filter(entry, entry.configure(), wheels, made.setup.robot)
-    off = np.degrees(found.tilt - np.interp(found.stamps, truth.stamps, truth.tilt))
-    assert np.mean(off**2) < 0.1

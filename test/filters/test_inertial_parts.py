@@ -20,7 +20,6 @@ from twbr_estimation.filters.inertial.beginning import (
     begin,
     carried,
     pulled_away,
-    shown_by_vertical,
     unrepaired,
     with_repair,
 )
@@ -262,18 +261,6 @@ def test_what_right_wheels_taught_is_kept_but_a_bias_may_have_drifted() -> None:
         np.diag(drifted)[GYRO_BIAS:GYRO_GAIN], np.diag(first)[GYRO_BIAS:GYRO_GAIN]
     )
     assert np.all(kept[GYRO_GAIN - GYRO_BIAS :] < 0.2)
-
-
-def test_the_vertical_shows_a_navigation_right_before_its_wheels_do() -> None:
-    """What pulls it further than both may be off alike condemns wheels sooner from then on."""
-    error, first = np.zeros(STATES), begin(0.0025, 0.002)
-    error[ATTITUDE + 1] = 0.1
-    late = carried(first, 0.0, 3.0)
-    assert shown_by_vertical(late, 0.01) is late
-    shown = shown_by_vertical(late, 0.0003)
-    assert shown.variance < 0.001
-    assert not pulled_away(with_repair(late, error, 0.0))
-    assert pulled_away(with_repair(shown, error, 0.0))
 
 
 def test_repairs_of_a_beginning_are_a_turn_and_what_gravity_makes_of_it() -> None:

@@ -72,7 +72,6 @@ from .inertial.beginning import (
     begin,
     carried,
     pulled_away,
-    shown_by_vertical,
     unrepaired,
     with_repair,
 )
@@ -434,10 +433,7 @@ def _compared(
     falling, known = _falls(moved.tilt, now), were_right(check)
     if known and (falling or moved.aiding.calm < time):  # too much for the gyro alone
         beginning = successor = begin(LOST, DRIFT)
-    early = wheels > 0.0 and not (known or passed_first(moved.first_check))
-    if early:
-        near = variance_of(vertical) + off_level(vertical)
-        beginning = shown_by_vertical(beginning, near)
+    early = not (known or passed_first(moved.first_check))
     pulled = is_pushed(aiding) or (early and pulled_away(beginning))
     off_course = pulled or (off and vertical.age >= MEMORY)
     if wheels > 0.0 and (strange > 1.0 or (off_course and not still)):

@@ -2,8 +2,7 @@
 
 The navigation is what a beginning and the gyro make of it, and what was repaired since by wheels
 and all else. Undone, the repairs leave a navigation that wheels have not touched since then: that
-of the first reading, of the time when the vertical last showed it to be right or, once wheels have
-proven right, of the time when they last were.
+of the first reading or, once wheels have proven right, of the time when they last were.
 """
 
 from __future__ import annotations
@@ -16,9 +15,6 @@ from .error_state import ATTITUDE, VELOCITY, Array
 DRIFT, KNOWN_DRIFT = 0.002, 2e-5
 """Growth of the variance by a gyro that was just switched on, and by one whose errors are known
 [rad^2/s]."""
-SHOWN_DRIFT, LEAST_SHOWN = 3e-4, 2e-4
-"""The first of a navigation that the vertical shows to be right while its wheels have not proven it
-[rad^2/s]; the variance that it has then at least, as both may be off alike [rad^2]."""
 RENEWED = 1.5
 """So old is a beginning that the next one follows, while wheels are right [s]."""
 PULLED = 2.5
@@ -68,17 +64,6 @@ def with_repair(beginning: Beginning, error: Array, time: float) -> Beginning:
         (x + error[ATTITUDE], y + error[ATTITUDE + 1]),
         (ahead + error[VELOCITY] + push * y, aside + error[VELOCITY + 1] - push * x),
     )
-
-
-def shown_by_vertical(beginning: Beginning, variance: float) -> Beginning:
-    """Return the beginning, or a new one where the vertical, which needs no wheels, says more.
-
-    Args:
-        beginning: of a navigation whose wheels have not been right yet.
-        variance: of the vertical, with the square of the navigation's distance from it [rad^2].
-    """
-    shown = variance + LEAST_SHOWN
-    return begin(shown, SHOWN_DRIFT) if shown < beginning.variance else beginning
 
 
 def unrepaired(beginning: Beginning) -> Beginning:
