@@ -137,7 +137,7 @@ class Pairer:
     @property
     def repeated(self) -> float:
         """For how long the wheels' readings are repeated [s]; 0 where they are not."""
-        return self._repeats.lasting if self._repeats is not None else 0.0
+        return self._repeats.repeated if self._repeats is not None else 0.0
 
     def forget_wheels(self) -> None:
         """Forget the wheel readings, because their clock was set back."""

@@ -55,7 +55,7 @@ class Repeats(NamedTuple):
     """Usual time from one new reading to the next [ns]."""
 
     @property
-    def lasting(self) -> float:
+    def repeated(self) -> float:
         """For how long a reading is repeated [s]; 0 where none is."""
         return self.usual / NANOSECONDS_PER_SECOND if self.shown >= KNOWN else 0.0
 
